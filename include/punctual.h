@@ -28,8 +28,9 @@
  * mesh, a tree or a scene grows, or a function of the caller's that was called back throws.
  *
  * Enumerations. A number that is passed in must be one of this header; others give PUNCTUAL_STATUS_BAD_ARGUMENT. A newer library
- * may return a punctual_status or a punctual_stop_reason that this header does not have: each status but PUNCTUAL_STATUS_OK is
- * a failure, and with a stop reason that is not known here the answer is not complete. The verdicts stay these three.
+ * may return a punctual_status, a punctual_verdict or a punctual_stop_reason that this header does not have: each status but
+ * PUNCTUAL_STATUS_OK is a failure, only PUNCTUAL_VERDICT_SEPARATED says that bodies are apart, and with a stop reason that is not
+ * known here the answer is not complete.
  *
  * Pointers. Unless a function says otherwise, no pointer may be null; null gives PUNCTUAL_STATUS_NULL. A handle must be one
  * that was made by this library and not freed since. Other pointers must be aligned, and point to as many elements as the
@@ -4422,7 +4423,8 @@ typedef struct punctual_robot_motion {
 /**
  * Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs of links are not asked; without it,
  * links joined by one moving joint are not. `packages` may be null, or names a folder in which `package://` names are sought,
- * before those above the URDF file. With `solids` other than 0 closed meshes are solids: what is inside them collides.
+ * before those above the URDF file. With `solids` other than 0 closed meshes are solids: what is inside them collides. What is not
+ * heeded in the files, `punctual_robot_notices` tells.
  *
  * Fails with BAD_FILE; the text names the file, the line, and the link or joint.
  */
@@ -4455,9 +4457,19 @@ punctual_status punctual_robot_shape_name(const struct punctual_robot *robot,
                                           size_t *length);
 
 /**
+ * What the files of a robot say that is not heeded, a line each: pairs of links that the robot does not have, elements that are
+ * passed over, open meshes that were to be solids. Empty for most. As much as `capacity` allows is written to `notices`, and ends
+ * with a zero byte; its whole length, without the zero byte, to `length`.
+ */
+punctual_status punctual_robot_notices(const struct punctual_robot *robot,
+                                       char *notices,
+                                       size_t capacity,
+                                       size_t *length);
+
+/**
  * Adds an obstacle, which shares the tree: a solid if it was built as one and is closed, else a surface. With `link` null it stands
- * at a pose in the world; otherwise it moves with that link, at a pose in the frame of the link, and is not asked with it. Its
- * number is written to `shape`.
+ * at a pose in the world; otherwise it moves with that link, at a pose in the frame of the link, and is not asked with it, nor, in
+ * either case, with the `may_touch_count` links whose names are in `may_touch`. Its number is written to `shape`.
  *
  * Fails with BAD_POSE if the pose is off a rotation by more than 1e-6, and with BAD_ARGUMENT if there is no such link.
  */
@@ -4466,6 +4478,8 @@ punctual_status punctual_robot_add(struct punctual_robot *robot,
                                    const struct punctual_tree *tree,
                                    struct punctual_pose pose,
                                    const char *link,
+                                   const char *const *may_touch,
+                                   size_t may_touch_count,
                                    uint32_t *shape);
 
 /**

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <type_traits>
@@ -865,10 +866,15 @@ public:
   Result<std::size_t> shape_name(std::uint32_t shape, char *name, std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_robot_shape_name, get(), shape, name, capacity);
   }
-  /** An obstacle in the world, or one that moves with `link`. */
-  Result<std::uint32_t> add(const char *name, const Tree &tree, const punctual_pose &pose,
-                            const char *link = nullptr) noexcept {
-    return detail::filled<std::uint32_t>(punctual_robot_add, get(), name, tree.get(), pose, link);
+  /** Writes up to `capacity` bytes with a zero byte at the end; how long the notices are without it. */
+  Result<std::size_t> notices(char *text, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_robot_notices, get(), text, capacity);
+  }
+  /** An obstacle in the world, or one that moves with `link`; it may touch the links of `may_touch`. */
+  Result<std::uint32_t> add(const char *name, const Tree &tree, const punctual_pose &pose, const char *link = nullptr,
+                            std::initializer_list<const char *> may_touch = {}) noexcept {
+    return detail::filled<std::uint32_t>(punctual_robot_add, get(), name, tree.get(), pose, link, may_touch.begin(),
+                                         may_touch.size());
   }
   [[nodiscard]] punctual_status move(std::uint32_t shape, const punctual_pose &pose) noexcept {
     return punctual_robot_move(get(), shape, pose);

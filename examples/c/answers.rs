@@ -62,8 +62,8 @@ fn controller() -> Result<(), Box<dyn Error>> {
                 .with_memory(memory)
                 .run(&mut workspace, share.clock(&ManualClock::new()));
             left = left.saturating_sub(outcome.stats.work);
-            met |= matches!(outcome.value, Verdict::Intersecting { .. });
             open |= outcome.value == Verdict::Undecided;
+            met |= !matches!(outcome.value, Verdict::Separated | Verdict::Undecided);
         }
         if met {
             intersecting += 1;

@@ -1,7 +1,8 @@
 /* A 1 kHz loop: two arms of three links, 200 microseconds a cycle to find out whether they come too close.
  *
  * The meshes stand for the links with a safety margin, so "intersecting" means "too close": back off. "Undecided" means that
- * nobody knows, and is never treated as "separated": slow down. Only "separated", which is proven, lets the arms speed up.
+ * nobody knows, and is never treated as "separated": slow down. Only "separated", which is proven, lets the arms speed up. Links
+ * that are solids can also be "contained", one in the other: back off too.
  *
  * First the loop runs with budgets of work, which give the same figures in every run and every language (the lines that
  * begin with "=": examples/c/answers.rs prints them too), then by the clock. There every verdict is compared with that of a
@@ -31,8 +32,8 @@ struct robot {
 };
 
 struct journey {
-  int count[3]; /* by verdict */
-  punctual_verdict last;
+  int separated, undecided, touching; /* cycles */
+  int backs_off;
   double phase, speed, direction;
 };
 
@@ -71,6 +72,12 @@ static void place(struct arm *arm, double phase) {
   }
 }
 
+/* Whether the links are known to be too close: their surfaces meet, or one is in the other. A verdict that this program does not
+ * know counts as that. */
+static int is_contact(punctual_verdict verdict) {
+  return verdict != PUNCTUAL_VERDICT_SEPARATED && verdict != PUNCTUAL_VERDICT_UNDECIDED;
+}
+
 /* One check of all pairs of links within a budget that they share. */
 static punctual_verdict check(struct robot *robot, const struct arm arms[2], int by_the_clock,
                               punctual_verdict each[PAIRS], punctual_pose poses[PAIRS]) {
@@ -88,7 +95,7 @@ static punctual_verdict check(struct robot *robot, const struct arm arms[2], int
     uint64_t spent = by_the_clock ? now() - began : WORK - left + outcome.stats.work;
     left = (by_the_clock ? LIMIT : WORK) > spent ? (by_the_clock ? LIMIT : WORK) - spent : 0;
     each[pair] = outcome.verdict;
-    if (outcome.verdict == PUNCTUAL_VERDICT_INTERSECTING ||
+    if (is_contact(outcome.verdict) ||
         (outcome.verdict == PUNCTUAL_VERDICT_UNDECIDED && all == PUNCTUAL_VERDICT_SEPARATED))
       all = outcome.verdict;
   }
@@ -97,17 +104,20 @@ static punctual_verdict check(struct robot *robot, const struct arm arms[2], int
 
 /* What the verdict means for the motion. */
 static void act(struct journey *journey, punctual_verdict verdict) {
-  journey->count[verdict]++;
+  int contact = is_contact(verdict);
+  journey->separated += verdict == PUNCTUAL_VERDICT_SEPARATED;
+  journey->undecided += verdict == PUNCTUAL_VERDICT_UNDECIDED;
+  journey->touching += contact;
   if (verdict == PUNCTUAL_VERDICT_SEPARATED) {
     journey->speed = fmin(1, 1.05 * journey->speed + 0.01);
   } else if (verdict == PUNCTUAL_VERDICT_UNDECIDED) {
     journey->speed = 0.5 * journey->speed + 0.01;
   } else {
     /* Back where it came from, until it is clear. */
-    journey->direction *= journey->last == PUNCTUAL_VERDICT_INTERSECTING ? 1 : -1;
+    journey->direction *= journey->backs_off ? 1 : -1;
     journey->speed = 0.3;
   }
-  journey->last = verdict;
+  journey->backs_off = contact;
   journey->phase += journey->direction * journey->speed * 0.001;
 }
 
@@ -176,8 +186,8 @@ int main(int count, char **arguments) {
     place_both(arms, plan.phase);
     act(&plan, check(&robot, arms, 0, each, poses));
   }
-  printf("= controller: %d separated, %d undecided, %d intersecting, phase %.12f\n", plan.count[2], plan.count[0],
-         plan.count[1], plan.phase);
+  printf("= controller: %d separated, %d undecided, %d intersecting, phase %.12f\n", plan.separated, plan.undecided,
+         plan.touching, plan.phase);
 
   forget(&robot);
   struct journey drive = {.speed = 0.1, .direction = 1};
@@ -196,8 +206,8 @@ int main(int count, char **arguments) {
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
   }
   qsort(took, (size_t)cycles, sizeof *took, ascending);
-  printf("%d cycles: %d separated, %d undecided, %d intersecting\n", cycles, drive.count[2], drive.count[0],
-         drive.count[1]);
+  printf("%d cycles: %d separated, %d undecided, %d intersecting\n", cycles, drive.separated, drive.undecided,
+         drive.touching);
   printf("check took, microseconds: median %.1f, 99 %% below %.1f, most %.1f\n", (double)took[cycles / 2] / 1e3,
          (double)took[cycles * 99 / 100] / 1e3, (double)took[cycles - 1] / 1e3);
   printf("verdicts that were wrong: %d\n", wrong);

@@ -99,7 +99,9 @@ pub enum SolidError {
 impl fmt::Display for SolidError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotSolid => f.write_str("the tree was not built as a solid"),
+            Self::NotSolid => {
+                f.write_str("the tree was not built as a solid, see `BuildOptions::solid`")
+            }
             Self::InsideOut {
                 component,
                 triangle,

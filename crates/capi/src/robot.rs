@@ -1,6 +1,6 @@
 //! Robots among obstacles: which configurations collide, how near contact is, for how long a motion is free.
 
-use crate::arrays::{array, path, room};
+use crate::arrays::{array, path, room, text};
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
 use crate::distance::finite;
 use crate::handle::{Handle, put};
@@ -104,7 +104,8 @@ grows!(punctual_robot_motion: size, stop..work);
 
 /// Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs of links are not asked; without it,
 /// links joined by one moving joint are not. `packages` may be null, or names a folder in which `package://` names are sought,
-/// before those above the URDF file. With `solids` other than 0 closed meshes are solids: what is inside them collides.
+/// before those above the URDF file. With `solids` other than 0 closed meshes are solids: what is inside them collides. What is not
+/// heeded in the files, `punctual_robot_notices` tells.
 ///
 /// Fails with BAD_FILE; the text names the file, the line, and the link or joint.
 #[unsafe(no_mangle)]
@@ -169,22 +170,55 @@ pub unsafe extern "C" fn punctual_robot_shape_name(
     door("punctual_robot_shape_name", || {
         let robot = given(robot, "robot")?.0.get("robot")?;
         let found = robot.id(shape).and_then(|id| robot.name(id));
-        let text = found.ok_or(RobotError::NoObstacle)?.as_bytes();
+        let found = found.ok_or(RobotError::NoObstacle)?;
         // SAFETY: the contract of the header for arrays.
-        let room = unsafe { room(name, capacity, "name") }?;
-        let length = given(length, "length")?;
-        let cut = text.len().min(capacity.saturating_sub(1));
-        for (place, byte) in room.iter_mut().zip(text[..cut].iter().chain([&0])) {
-            place.write(*byte as c_char);
-        }
-        length.write(text.len());
-        Ok(())
+        unsafe { tell(found, name, capacity, "name", length) }
     })
 }
 
+/// What the files of a robot say that is not heeded, a line each: pairs of links that the robot does not have, elements that are
+/// passed over, open meshes that were to be solids. Empty for most. As much as `capacity` allows is written to `notices`, and ends
+/// with a zero byte; its whole length, without the zero byte, to `length`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_notices(
+    robot: Option<&punctual_robot>,
+    notices: *mut c_char,
+    capacity: usize,
+    length: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_robot_notices", || {
+        let robot = given(robot, "robot")?.0.get("robot")?;
+        let lines = robot.model().notices().join("\n");
+        // SAFETY: the contract of the header for arrays.
+        unsafe { tell(&lines, notices, capacity, "notices", length) }
+    })
+}
+
+/// Writes a text, as much of it as there is room for, with a zero byte at its end, and the length of all of it.
+///
+/// # Safety
+/// `out` is null or points to room for `capacity` bytes that nothing else uses during the call.
+unsafe fn tell(
+    text: &str,
+    out: *mut c_char,
+    capacity: usize,
+    what: &'static str,
+    length: Option<&mut MaybeUninit<usize>>,
+) -> Result<(), Fault> {
+    // SAFETY: the caller's promise.
+    let room = unsafe { room(out, capacity, what) }?;
+    let length = given(length, "length")?;
+    let bytes = &text.as_bytes()[..text.len().min(capacity.saturating_sub(1))];
+    for (place, byte) in room.iter_mut().zip(bytes.iter().chain([&0])) {
+        place.write(*byte as c_char);
+    }
+    length.write(text.len());
+    Ok(())
+}
+
 /// Adds an obstacle, which shares the tree: a solid if it was built as one and is closed, else a surface. With `link` null it stands
-/// at a pose in the world; otherwise it moves with that link, at a pose in the frame of the link, and is not asked with it. Its
-/// number is written to `shape`.
+/// at a pose in the world; otherwise it moves with that link, at a pose in the frame of the link, and is not asked with it, nor, in
+/// either case, with the `may_touch_count` links whose names are in `may_touch`. Its number is written to `shape`.
 ///
 /// Fails with BAD_POSE if the pose is off a rotation by more than 1e-6, and with BAD_ARGUMENT if there is no such link.
 #[unsafe(no_mangle)]
@@ -194,23 +228,26 @@ pub unsafe extern "C" fn punctual_robot_add(
     tree: Option<&punctual_tree>,
     pose: punctual_pose,
     link: *const c_char,
+    may_touch: *const *const c_char,
+    may_touch_count: usize,
     shape: Option<&mut MaybeUninit<u32>>,
 ) -> punctual_status {
     door("punctual_robot_add", || {
-        // SAFETY: the contract of the header for texts.
-        let name = unsafe { path(name, "name") }?.to_string_lossy();
+        // SAFETY: the contract of the header for texts and arrays.
+        let (name, may_touch) = unsafe {
+            let names = array(may_touch, may_touch_count, "may_touch")?.iter();
+            let names = names.map(|&link| text(link, "may_touch"));
+            (text(name, "name")?, names.collect::<Result<Vec<_>, _>>()?)
+        };
         let tree = Arc::clone(given(tree, "tree")?.0.get("tree")?);
         let (solid, pose, shape) = (Shape::tree(tree), pose.check()?, given(shape, "shape")?);
         let link = match link.is_null() {
             true => None,
             // SAFETY: the contract of the header for texts.
-            false => Some(unsafe { path(link, "link") }?.to_string_lossy()),
+            false => Some(unsafe { text(link, "link") }?),
         };
         given(robot, "robot")?.0.change("robot", |robot| {
-            let id = match &link {
-                Some(link) => robot.attach(&name, link, pose, solid, &[link]),
-                None => robot.add(&name, pose, solid),
-            }?;
+            let id = robot.attach(name, link, pose, solid, &may_touch)?;
             shape.write(id.number());
             Ok(())
         })

@@ -175,6 +175,9 @@ impl fmt::Display for Fault {
             Self::MeshFile(error) => error.fmt(f),
             Self::MeshBytes(error) => error.fmt(f),
             Self::Thread(error) => error.fmt(f),
+            Self::Points(PointError::NotSolid) => f.write_str(
+                "the tree was not built as a solid, see `solid` of punctual_build_options",
+            ),
             Self::Points(error) => error.fmt(f),
             Self::Robot(error) => error.fmt(f),
         }

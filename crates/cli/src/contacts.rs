@@ -68,6 +68,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let solid = if args.solid { Solid::Keep } else { Solid::No };
     let options = BuildOptions::default().solid(solid);
     let LoadedInput { a, b, build, poses } = args.input.load(&options)?;
+    args.input.complain_of_open([&a, &b]);
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
     let mut answers = sweeper.sweep(&poses)?;

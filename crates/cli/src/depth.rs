@@ -38,6 +38,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     // Closed components tell inside from outside, which helps surfaces too.
     let options = BuildOptions::default().solid(Solid::Flip);
     let LoadedInput { a, b, build, poses } = args.input.load(&options)?;
+    if args.solid {
+        args.input.complain_of_open([&a, &b]);
+    }
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut workspace = PenetrationWorkspace::with_engine(args.running.workspace());
     let rows = least_times(args.running.reps, || {

@@ -6,12 +6,14 @@ use std::time::Instant;
 use clap::ValueEnum;
 use punctual::clock::SystemClock;
 use punctual::distance::{Bounds, Distance};
-use punctual::{Answer, BuildOptions, PairMemory, Pose, Query, Tree, Workspace};
+use punctual::{Answer, PairMemory, Pose, Query, Tree, Workspace};
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size, print_source};
+use crate::input::{
+    Input, LoadedInput, Row, Running, SolidArgs, least_times, parse_size, print_source,
+};
 use crate::view::{self, ViewArgs};
 
 /// How far apart two meshes are at each pose of a list.
@@ -47,6 +49,8 @@ pub struct Args {
     #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = parse_size, allow_negative_numbers = true)]
     margin: f64,
     #[command(flatten)]
+    solid: SolidArgs,
+    #[command(flatten)]
     view: ViewArgs,
 }
 
@@ -74,7 +78,8 @@ enum ModeName {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&args.solid.options())?;
+    args.input.complain_of_open([&a, &b]);
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut workspace = args.running.workspace();
     let rows = least_times(args.running.reps, || {
@@ -133,15 +138,21 @@ impl Args {
     fn print(&self, out: &mut impl Write, rows: &[Row<Answer<Bounds>>]) -> io::Result<()> {
         writeln!(
             out,
-            "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work"
+            "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work{}",
+            self.solid.header()
         )?;
         for (i, row) in rows.iter().enumerate() {
             let Some((said, least)) = row else {
-                writeln!(out, "{i},,,,,,,,,,,,0,error,0")?;
+                let within = self.solid.field(None);
+                writeln!(out, "{i},,,,,,,,,,,,0,error,0{within}")?;
                 continue;
             };
             let Bounds {
-                low, high, nearest, ..
+                low,
+                high,
+                nearest,
+                within,
+                ..
             } = said.value;
             write!(out, "{i},{low},{high},")?;
             match nearest {
@@ -162,7 +173,8 @@ impl Args {
                 None => "undecided",
             };
             let (ns, stop, work) = (least.as_nanos(), said.stop, said.stats.work);
-            writeln!(out, ",{closer},{ns},{stop},{work}")?;
+            let within = self.solid.field(within);
+            writeln!(out, ",{closer},{ns},{stop},{work}{within}")?;
         }
         Ok(())
     }

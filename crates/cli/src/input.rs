@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use punctual::intersection::Operand;
+use punctual::tree::Solid;
 use punctual::{Budget, BuildOptions, Mesh, Pose, Tree, Workspace};
 use punctual_io::{Axis, FileError, Loaded, ReadOptions, load_with, read_with};
 use punctual_lab::files::{self, Listed};
@@ -119,6 +121,12 @@ impl Input {
         })
     }
 
+    /// Tells which meshes that were to be solids are open.
+    pub fn complain_of_open(&self, trees: [&Tree; 2]) {
+        complain_of_open(&self.a, trees[0]);
+        complain_of_open(&self.b, trees[1]);
+    }
+
     /// The trees, with the names of the files.
     pub fn bodies<'t>(&self, trees: [&'t Tree; 2]) -> Bodies<'t> {
         view::bodies([&self.a, &self.b], trees)
@@ -164,6 +172,45 @@ impl Running {
             workspace.use_portable_kernels();
         }
         workspace
+    }
+}
+
+/// Tells if a mesh that was to be a solid has open parts.
+pub fn complain_of_open(file: &Path, tree: &Tree) {
+    let open = tree.solid().map_or(0, |solid| solid.open_edges());
+    if open > 0 {
+        let (file, why) = (file.display(), "its open parts are surfaces");
+        complain(&format!("{file}: {why}, it has {open} open edges"));
+    }
+}
+
+#[derive(clap::Args)]
+pub struct SolidArgs {
+    /// Take both meshes for solids: where a part of one is inside the other, which is closed, they meet although their
+    /// surfaces do not. A last column, within, names the inner one, a or b.
+    #[arg(long)]
+    pub solid: bool,
+}
+
+impl SolidArgs {
+    pub fn options(&self) -> BuildOptions {
+        let solid = if self.solid { Solid::Keep } else { Solid::No };
+        BuildOptions::default().solid(solid)
+    }
+
+    /// What stands at the end of the header.
+    pub fn header(&self) -> &'static str {
+        if self.solid { ",within" } else { "" }
+    }
+
+    /// What stands at the end of a row.
+    pub fn field(&self, within: Option<Operand>) -> &'static str {
+        match within {
+            _ if !self.solid => "",
+            None => ",",
+            Some(Operand::A) => ",a",
+            Some(Operand::B) => ",b",
+        }
     }
 }
 

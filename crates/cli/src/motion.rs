@@ -5,14 +5,16 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use punctual::clock::SystemClock;
+use punctual::glam::DVec3;
 use punctual::impact::{Impact, TimeOfImpact};
-use punctual::{Answer, Motion, PairMemory, Query, Tree, Workspace};
+use punctual::{Answer, Budget, Motion, PairMemory, Pose, Query, Tree, Workspace};
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
 use crate::input::{
-    MeshArgs, Row, Running, complain_of_bad_lines, least_times, parse_size, print_source,
+    MeshArgs, Row, Running, SolidArgs, complain_of_bad_lines, complain_of_open, least_times,
+    parse_size, print_source,
 };
 use crate::view::{self, ViewArgs};
 
@@ -27,6 +29,12 @@ use crate::view::{self, ViewArgs};
 /// extent of
 /// the smaller mesh; --tolerance asks for something else. After a graze in which no contact can be proven it looks on:
 /// touching_at may be later then, or empty although free_until is less than 1.
+///
+/// With --ignore-start a contact at the start that the motion leads out of is no hit: a last column, free_from, says from which
+/// time on the motion is asked. At that time the meshes are proven apart, and free_until and touching_at are about the rest. It is 0
+/// for meshes that start apart, and empty, with touching_at 0, for those that do not come apart. Contacts before free_from are
+/// passed over. Times after it are those of the rest of the motion, up to rounding. Looking for free_from has no budget, and does
+/// not count to ns and work.
 #[derive(clap::Args)]
 pub struct Args {
     /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is
@@ -55,6 +63,13 @@ pub struct Args {
     #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = parse_size, allow_negative_numbers = true)]
     margin: f64,
     #[command(flatten)]
+    solid: SolidArgs,
+    /// Pass over a contact at the start if the meshes come apart before a point of B's box is farther than D from where it
+    /// was. They are looked at after 2^-40, 2^-39, ... of the motion; at the first of these times at which they are proven
+    /// apart, the motion begins anew. A small D, below what is thin in the meshes, keeps them from passing through each other.
+    #[arg(long, value_name = "D", value_parser = parse_size, allow_negative_numbers = true)]
+    ignore_start: Option<f64>,
+    #[command(flatten)]
     view: ViewArgs,
 }
 
@@ -62,21 +77,27 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let (a, b) = (args.meshes.load(&args.a)?, args.meshes.load(&args.b)?);
     let motions = files::motions(&args.sweeps)?;
     let start = Instant::now();
-    let (a, b) = (Tree::new(a), Tree::new(b));
+    let options = args.solid.options();
+    let (a, b) = (
+        Tree::with_options(a, &options),
+        Tree::with_options(b, &options),
+    );
     let build = start.elapsed();
+    complain_of_open(&args.a, &a);
+    complain_of_open(&args.b, &b);
     let completion = complain_of_bad_lines(&args.sweeps, "sweep", &motions);
     let mut workspace = args.running.workspace();
     let rows = least_times(args.running.reps, || {
         args.sweep(&a, &b, &motions, &mut workspace)
     });
     print_source(out, build)?;
-    print(out, &rows)?;
+    args.print(out, &rows)?;
     args.view.write(
         args.meshes.up(),
         view::answered(&motions, &rows),
-        |(motion, (passage, _))| {
+        |(_, ((begun, passage), _))| {
             let bodies = view::bodies([&args.a, &args.b], [&a, &b]);
-            punctual_view::motion(&bodies, args.query(&a, &b, *motion), passage)
+            punctual_view::motion(&bodies, args.query(&a, &b, begun.rest), passage)
         },
     )?;
     Ok(completion)
@@ -96,46 +117,117 @@ impl Args {
         b: &Tree,
         motions: &[Listed<Motion>],
         workspace: &mut Workspace,
-    ) -> Vec<Row<Answer<TimeOfImpact>>> {
+    ) -> Vec<Row<(Begun, Answer<TimeOfImpact>)>> {
         let clock = SystemClock::default();
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&motion: &Motion| {
+            let begun = self.begin([a, b], motion, workspace);
             let start = Instant::now();
             let found = self
-                .query(a, b, motion)
+                .query(a, b, begun.rest)
                 .with_memory(memory.as_mut())
                 .run(workspace, self.running.limits.budget().clock(&clock));
-            (found, start.elapsed())
+            ((begun, found), start.elapsed())
         };
         motions
             .iter()
             .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
             .collect()
     }
-}
 
-fn print(out: &mut impl Write, rows: &[Row<Answer<TimeOfImpact>>]) -> io::Result<()> {
-    writeln!(
-        out,
-        "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work"
-    )?;
-    for (i, row) in rows.iter().enumerate() {
-        let Some((passage, least)) = row else {
-            writeln!(out, "{i},,,,,0,error,0")?;
-            continue;
+    /// Where a motion begins: at its start, or where it has led out of a contact at its start.
+    fn begin(&self, trees: [&Tree; 2], motion: Motion, workspace: &mut Workspace) -> Begun {
+        let whole = |from| Begun { from, rest: motion };
+        let Some(farthest) = self.ignore_start else {
+            return whole(Some(0.0));
         };
-        write!(out, "{i},{},", passage.value.lower)?;
-        match (passage.value.upper, passage.value.triangles) {
-            (Some(time), Some([a, b])) => write!(out, "{time},{a},{b}")?,
-            _ => write!(out, ",,")?,
+        let mut is_apart = |pose: Pose| {
+            let query = Query::distance(trees[0], trees[1], pose).margins([self.margin; 2]);
+            let found = query.closer_than(0.0).run(workspace, Budget::unlimited());
+            found.value.closer == Some(false)
+        };
+        if is_apart(motion.start()) {
+            return whole(Some(0.0));
         }
+        // No point of a box moves farther than all of its corners.
+        let (low, high) = (trees[1].mesh().aabb().min, trees[1].mesh().aabb().max);
+        let corners = (0..8u32).map(|i| {
+            let side = |axis: usize| if i >> axis & 1 > 0 { high } else { low }[axis];
+            DVec3::new(side(0), side(1), side(2))
+        });
+        let corners: Vec<DVec3> = corners.collect();
+        let is_near = |time: &f64| {
+            let [then, now] = [0.0, *time].map(|time| motion.pose(time));
+            let way = |&p: &DVec3| now.transform_point(p).distance(then.transform_point(p));
+            corners.iter().map(way).all(|way| way <= farthest)
+        };
+        let times = (0..=40).rev().map(|halvings| 0.5f64.powi(halvings));
+        let from = times
+            .take_while(is_near)
+            .find(|&time| is_apart(motion.pose(time)));
+        let begun = from.and_then(|from| {
+            let rest = motion.rest(from).ok()?;
+            let from = Some(from);
+            Some(Begun { from, rest })
+        });
+        begun.unwrap_or_else(|| whole(None))
+    }
+
+    fn print(
+        &self,
+        out: &mut impl Write,
+        rows: &[Row<(Begun, Answer<TimeOfImpact>)>],
+    ) -> io::Result<()> {
+        let free_from = if self.ignore_start.is_some() {
+            ",free_from"
+        } else {
+            ""
+        };
+        let within = self.solid.header();
         writeln!(
             out,
-            ",{},{},{}",
-            least.as_nanos(),
-            passage.stop,
-            passage.stats.work
+            "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work{within}{free_from}"
         )?;
+        for (i, row) in rows.iter().enumerate() {
+            let Some(((begun, passage), least)) = row else {
+                let within = self.solid.field(None);
+                let nothing = if self.ignore_start.is_some() { "," } else { "" };
+                writeln!(out, "{i},,,,,0,error,0{within}{nothing}")?;
+                continue;
+            };
+            let TimeOfImpact {
+                lower,
+                upper,
+                triangles,
+                within,
+                ..
+            } = passage.value;
+            let upper = upper.map_or(String::new(), |time| begun.time(time).to_string());
+            let triangles = triangles.map_or(",".into(), |[a, b]| format!("{a},{b}"));
+            write!(out, "{i},{},{upper},{triangles}", begun.time(lower))?;
+            let (ns, stop, work) = (least.as_nanos(), passage.stop, passage.stats.work);
+            write!(out, ",{ns},{stop},{work}{}", self.solid.field(within))?;
+            match begun.from {
+                _ if self.ignore_start.is_none() => writeln!(out)?,
+                Some(from) => writeln!(out, ",{from}")?,
+                None => writeln!(out, ",")?,
+            }
+        }
+        Ok(())
     }
-    Ok(())
+}
+
+/// A motion from the time on at which it is asked.
+struct Begun {
+    /// `None`: from the start on, although the meshes meet there.
+    from: Option<f64>,
+    rest: Motion,
+}
+
+impl Begun {
+    /// A time of the rest, as one of the motion.
+    fn time(&self, of_rest: f64) -> f64 {
+        let from = self.from.unwrap_or(0.0);
+        from + of_rest * (1.0 - from)
+    }
 }

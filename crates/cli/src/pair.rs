@@ -100,6 +100,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         .map(PairsFile::create)
         .transpose()?;
 
+    args.input.complain_of_open([&a, &b]);
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
     let mut rows = sweeper.first_sweep(&poses, pairs_out.as_mut(), calibration.as_mut())?;

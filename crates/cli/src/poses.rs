@@ -64,18 +64,22 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     // All or nothing.
     let mut lines = Vec::new();
     match (args.contact, args.roll, args.random) {
-        (Some(count), ..) => contact(&mut approach, count, args.inside, &mut lines)?,
+        (Some(count), ..) => {
+            writeln!(
+                lines,
+                "# offset: before the first touch, in percent of the box diagonal of the smaller mesh"
+            )?;
+            let poses = contact(&mut approach, count, args.inside)?;
+            for (i, pose) in poses.iter().enumerate() {
+                let (line, offset) = (i / OFFSETS.len(), OFFSETS[i % OFFSETS.len()]);
+                writeln!(lines, "# approach={line} offset={offset}%")?;
+                print(pose, &mut lines)?;
+            }
+        }
         (_, Some(frames), _) => roll(&mut approach, frames, &mut lines)?,
         (.., count) => {
-            for _ in 0..count.unwrap_or(0) {
-                let line = Line {
-                    turn: approach.turn(),
-                    target: approach.middle_of_a(),
-                    direction: approach.direction(),
-                };
-                // The cube root makes all places in a ball equally likely.
-                let distance = 0.5 * approach.reach() * approach.fraction().cbrt();
-                print(&approach.at(&line, distance)?, &mut lines)?;
+            for pose in random(&mut approach, count.unwrap_or(0))? {
+                print(&pose, &mut lines)?;
             }
         }
     }
@@ -83,19 +87,25 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     Ok(Completion::Full)
 }
 
-/// Poses around the first touch of lines towards A.
-fn contact(
-    approach: &mut Approach,
-    count: usize,
-    inside: bool,
-    out: &mut impl Write,
-) -> Result<(), Failure> {
-    writeln!(
-        out,
-        "# offset: before the first touch, in percent of the box diagonal of the smaller mesh"
-    )?;
-    let (mut made, mut lines, mut misses) = (0, 0, 0);
-    while made < count {
+/// Poses at random, at which the balls around the boxes overlap.
+pub fn random(approach: &mut Approach, count: usize) -> Result<Vec<Pose>, Failure> {
+    let mut pose = || {
+        let line = Line {
+            turn: approach.turn(),
+            target: approach.middle_of_a(),
+            direction: approach.direction(),
+        };
+        // The cube root makes all places in a ball equally likely.
+        let distance = 0.5 * approach.reach() * approach.fraction().cbrt();
+        approach.at(&line, distance)
+    };
+    (0..count).map(|_| pose()).collect()
+}
+
+/// Poses around the first touch of lines towards A, one for each of [`OFFSETS`] and line.
+pub fn contact(approach: &mut Approach, count: usize, inside: bool) -> Result<Vec<Pose>, Failure> {
+    let (mut poses, mut misses) = (Vec::with_capacity(count), 0);
+    while poses.len() < count {
         let line = Line {
             turn: approach.turn(),
             target: approach.point_in_a(),
@@ -115,17 +125,12 @@ fn contact(
             continue;
         };
         misses = 0;
-        for offset in OFFSETS.into_iter().take(count - made) {
-            writeln!(out, "# approach={lines} offset={offset}%")?;
-            print(
-                &approach.at(&line, touch + 0.01 * offset * approach.unit())?,
-                out,
-            )?;
-            made += 1;
+        for offset in OFFSETS.into_iter().take(count - poses.len()) {
+            let distance = touch + 0.01 * offset * approach.unit();
+            poses.push(approach.at(&line, distance)?);
         }
-        lines += 1;
     }
-    Ok(())
+    Ok(poses)
 }
 
 /// Frames in which B turns on its way around A.
@@ -173,7 +178,8 @@ fn roll(approach: &mut Approach, frames: usize, out: &mut impl Write) -> Result<
     Ok(())
 }
 
-fn print(pose: &Pose, out: &mut impl Write) -> Result<(), Failure> {
+/// Writes a line of a list of poses.
+pub fn print(pose: &Pose, out: &mut impl Write) -> Result<(), Failure> {
     Ok(writeln!(
         out,
         "{}",

@@ -17,7 +17,9 @@ use punctual_robot::{
 };
 use punctual_view::Obstacle;
 
-use crate::input::{Limits, Row, complain_of_bad_lines, least_times, parse_size, print_source};
+use crate::input::{
+    Limits, Row, complain_of_bad_lines, complain_of_open, least_times, parse_size, print_source,
+};
 use crate::{Completion, complain};
 
 /// Which configurations of a robot collide, how much clearance they have, and which edges are free.
@@ -148,6 +150,7 @@ impl Args {
                 true => Shape::solid(mesh),
                 false => Shape::mesh(mesh),
             };
+            complain_of_open(&file, shape.surface());
             let pose = Pose::IDENTITY;
             let id = checker.add(&name, pose, shape.clone())?;
             obstacles.push(Obstacle {

@@ -17,10 +17,11 @@ mod truth;
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use punctual_io::Format;
 use punctual_lab::machine;
 use punctual_lab::report::{self, Failure};
 use serde_json::{Value, json};
@@ -36,7 +37,9 @@ use summary::{Measurement, Stratum};
 
 /// Measure speed against error: what is known when a budget ends, for every order.
 ///
-/// `punctual poses` makes poses for two meshes: `punctual poses A B --contact 84 > CASE_DIR/poses.txt`.
+/// Takes two mesh files, `punctual sweep A.obj B.obj --out DIR`, or folders of cases with poses of their own. Of two meshes it
+/// makes 100 poses itself, the same ones each time: 84 near contact, four of seven past the first touch and three before it, as
+/// `punctual poses A B --contact 84` makes them, and 16 at random. They are written to DIR, as a list for the other commands.
 ///
 /// Every query is compared with the exact truth, which is computed once and kept in DIR/truth. Writes to DIR: index.html,
 /// which needs no other file; its plots as .svg and .png, those of single cases in DIR/cases; overview.svg, the main figures
@@ -46,9 +49,9 @@ use summary::{Measurement, Stratum};
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("what").required(true).multiple(true))]
 pub struct Args {
-    /// Folders of cases: a mesh a.*, a mesh b.*, and poses.txt with the poses of B; with truth.csv, its numbers of pairs are
-    /// checked, with truth_distance.csv the distances.
-    #[arg(value_name = "CASE_DIR", group = "what")]
+    /// Mesh files, two for a case, A before B. Or folders of cases: a mesh a.*, a mesh b.*, and poses.txt with the poses of
+    /// B; with truth.csv, its numbers of pairs are checked, with truth_distance.csv the distances.
+    #[arg(value_name = "MESH | CASE_DIR", group = "what")]
     cases: Vec<PathBuf>,
     /// Generated shapes that approach each other.
     #[arg(long, group = "what")]
@@ -90,8 +93,21 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         .unwrap_or_default();
     report::create_folder(&args.out.join("truth"))?;
     let mut cases: Vec<Box<dyn FnOnce() -> Result<Case, Failure>>> = Vec::new();
-    for folder in &args.cases {
-        cases.push(Box::new(move || Case::load(folder)));
+    let mut paths = args.cases.iter();
+    while let Some(path) = paths.next() {
+        if !is_mesh(path) {
+            cases.push(Box::new(move || Case::load(path)));
+            continue;
+        }
+        let other = paths.next().filter(|path| is_mesh(path));
+        let other = other.ok_or_else(|| {
+            let path = path.display();
+            format!("{path}: a mesh file must be followed by another one, mesh B")
+        })?;
+        let files = [path, other].map(PathBuf::as_path);
+        cases.push(Box::new(move || {
+            Case::between(files, args.quick, &args.out)
+        }));
     }
     if args.builtin {
         cases.extend(built_in::cases(args.quick));
@@ -136,6 +152,11 @@ impl Progress<'_> {
         self.bar.set_position(self.start + steps);
         !INTERRUPTED.load(Ordering::Relaxed)
     }
+}
+
+/// Whether a path is that of a mesh file, not of a folder.
+fn is_mesh(path: &Path) -> bool {
+    Format::of(path).is_ok() && !path.is_dir()
 }
 
 /// Nothing if interrupted.

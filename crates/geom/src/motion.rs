@@ -145,6 +145,19 @@ impl Motion {
         )
     }
 
+    /// What is left of the motion at a time from 0 to 1, as a motion from time 0 to 1. Its poses are
+    /// those of this motion up to rounding.
+    ///
+    /// # Errors
+    /// [`MotionError`], if the body has moved too far away.
+    pub fn rest(&self, time: f64) -> Result<Self, MotionError> {
+        let time = if time > 0.0 { time.min(1.0) } else { 0.0 };
+        let (start, left) = (self.pose(time), 1.0 - time);
+        let on_axis = self.start.translation() - self.arm + self.velocity * time;
+        let arm = start.translation() - on_axis;
+        Self::checked(start, self.velocity * left, self.turn * left, arm)
+    }
+
     fn checked(start: Pose, velocity: DVec3, turn: DVec3, arm: DVec3) -> Result<Self, MotionError> {
         if !(velocity.is_finite() && turn.is_finite() && arm.is_finite()) {
             return Err(MotionError::NotFinite);
@@ -286,6 +299,21 @@ mod tests {
                 "{start:?} {end:?}"
             );
         }
+    }
+
+    #[test]
+    fn the_rest_of_a_motion_has_its_poses() {
+        let mut random = Random::new(7);
+        for _ in 0..1_000 {
+            let motion = Motion::screw(pose(&mut random), pose(&mut random)).unwrap();
+            let (from, share) = (random.fraction(), random.fraction());
+            let rest = motion.rest(from).unwrap();
+            let whole = motion.pose(from + share * (1.0 - from));
+            assert!(difference(&rest.pose(share), &whole) < 1e-11, "{motion:?}");
+        }
+        let motion = Motion::straight(Pose::IDENTITY, [1.0, 0.0, 0.0]).unwrap();
+        assert_eq!(motion.rest(f64::NAN), Ok(motion));
+        assert_eq!(motion.rest(2.0).unwrap().velocity(), DVec3::ZERO);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use punctual::glam::{DAffine3, DMat4, DQuat, DVec3};
 use roxmltree::{Document, Node};
 
 use crate::notice::Notices;
-use crate::text::{decode, shorten};
+use crate::text::{decode, shorten, without_late_declaration};
 use crate::{Limits, Place, ReadError, ReadOptions, Surface, polygon};
 
 /// Most nodes within one another.
@@ -22,6 +22,7 @@ pub(crate) fn parse(
     notices: &mut Notices,
 ) -> Result<Surface, ReadError> {
     let text = decode(bytes);
+    let text = without_late_declaration(&text);
     let document = Document::parse(&text).map_err(|error| {
         let line = error.pos().row as usize;
         ReadError::at_line(line, error.to_string())
@@ -122,9 +123,17 @@ impl Scene<'_> {
 
     /// Adds a geometry.
     fn add(&mut self, geometry: Node, at: DAffine3) -> Result<(), ReadError> {
-        let Some(mesh) = child(geometry, "mesh") else {
-            return Err(ReadError::needs("a COLLADA geometry other than `mesh`"));
+        let Some(mesh) = geometry.children().find(Node::is_element) else {
+            return fail(geometry, "a geometry without a mesh");
         };
+        // A convex mesh has the parts of a mesh, or names the geometry whose hull it is.
+        let kind = mesh.tag_name().name();
+        if !matches!(kind, "mesh" | "convex_mesh") || mesh.has_attribute("convex_hull_of") {
+            return Err(ReadError::needs(match kind {
+                "convex_mesh" => "COLLADA's convex_mesh with convex_hull_of",
+                _ => "a COLLADA geometry other than `mesh` and `convex_mesh`",
+            }));
+        }
         let first = self.surface.triangles.len();
         let base = self.surface.vertices.len();
         if let Some(vertices) = child(mesh, "vertices") {

@@ -19,6 +19,7 @@ pub enum Place {
 pub struct ReadError {
     place: Option<Place>,
     what: String,
+    kind: Option<io::ErrorKind>,
 }
 
 /// Why a file cannot be used: which one, where in it, and why.
@@ -33,13 +34,14 @@ impl ReadError {
         Self {
             place: None,
             what: short(what.into()),
+            kind: None,
         }
     }
 
     pub(crate) fn at(place: Place, what: impl Into<String>) -> Self {
         Self {
             place: Some(place),
-            what: short(what.into()),
+            ..Self::new(what)
         }
     }
 
@@ -75,7 +77,9 @@ impl FileError {
 
     /// A file that cannot be opened, read or written.
     pub fn from_io(file: &Path, error: &io::Error) -> Self {
-        Self::new(file, ReadError::new(error.to_string()))
+        let kind = Some(error.kind());
+        let error = ReadError::new(error.to_string());
+        Self::new(file, ReadError { kind, ..error })
     }
 
     /// A fault on a line, counted from 1, for readers of other text files than meshes.
@@ -86,6 +90,11 @@ impl FileError {
     /// The file.
     pub fn file(&self) -> &Path {
         &self.file
+    }
+
+    /// Why the system did not open, read or write the file; `None` if its content is at fault.
+    pub fn kind(&self) -> Option<io::ErrorKind> {
+        self.error.kind
     }
 
     /// Where in the file, if the fault has one place.

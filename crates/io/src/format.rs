@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::ReadError;
-use crate::text::decode;
+use crate::text::{decode, lines, without_comment};
 
 /// A file format that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -62,7 +62,9 @@ impl Format {
     pub(crate) fn of_content(bytes: &[u8]) -> Result<Self, ReadError> {
         let start = decode(&bytes[..bytes.len().min(1 << 10)]);
         let start = start.trim_start();
-        let keyword = start.split_ascii_whitespace().next().unwrap_or_default();
+        let mut words =
+            lines(start).flat_map(|line| without_comment(line).split_ascii_whitespace());
+        let keyword = words.next().unwrap_or_default();
         let is_statement = |line: &str| {
             matches!(
                 line.split_ascii_whitespace().next(),
@@ -73,9 +75,9 @@ impl Format {
             () if keyword == "ply" => Ok(Self::Ply),
             () if start.starts_with("glTF") || start.starts_with('{') => Ok(Self::Gltf),
             () if start.starts_with('<') && start.contains("<COLLADA") => Ok(Self::Collada),
-            () if keyword.contains("OFF") => Ok(Self::Off),
+            () if keyword.contains("OFF") || keyword == "off" => Ok(Self::Off),
             () if crate::stl::is_likely(bytes) => Ok(Self::Stl),
-            () if crate::text::lines(&decode(bytes)).any(is_statement) => Ok(Self::Obj),
+            () if lines(&decode(bytes)).any(is_statement) => Ok(Self::Obj),
             () => Err(ReadError::new("no mesh format by its content")),
         }
     }

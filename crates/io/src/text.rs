@@ -21,6 +21,22 @@ pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
+/// An XML text without its declaration, if that does not come first, as XML wants it, but behind blanks or comments.
+/// Lines keep their numbers.
+pub fn without_late_declaration(text: &str) -> Cow<'_, str> {
+    let late = text.find("<?xml").filter(|&start| start > 0);
+    let is_declaration = |rest: &str| rest.starts_with(|c: char| c.is_ascii_whitespace());
+    let Some(start) = late.filter(|&start| is_declaration(&text[start + 5..])) else {
+        return Cow::Borrowed(text);
+    };
+    let (before, rest) = text.split_at(start);
+    let Some((declaration, after)) = rest.split_once("?>") else {
+        return Cow::Borrowed(text);
+    };
+    let lines = declaration.matches('\n');
+    Cow::Owned([before].into_iter().chain(lines).chain([after]).collect())
+}
+
 /// Whether a byte order mark says that a text is UTF-16.
 pub(crate) fn is_utf16(bytes: &[u8]) -> bool {
     matches!(bytes, [0xff, 0xfe, ..] | [0xfe, 0xff, ..])

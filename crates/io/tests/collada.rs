@@ -77,6 +77,51 @@ fn strips_fans_and_polygons_are_read_and_lines_passed_over() {
 }
 
 #[test]
+fn a_convex_mesh_is_read_and_the_hull_of_another_is_refused() {
+    let whole = document(&format!("<node>{SHOWN}</node>"));
+    let convex = whole
+        .replace("<mesh>", "<convex_mesh>")
+        .replace("</mesh>", "</convex_mesh>");
+    let [mesh, convex] =
+        [whole, convex].map(|text| read(text.as_bytes(), Format::Collada).unwrap().mesh);
+    assert_eq!((convex.len(), convex.triangles()), (3, mesh.triangles()));
+    let hull = r##"<geometry id="hull"><convex_mesh convex_hull_of="#flat"/></geometry>"##;
+    let whole = document(&format!("<node>{}</node>", SHOWN.replace("flat", "hull")));
+    let whole = whole.replace(
+        "</library_geometries>",
+        &format!("{hull}</library_geometries>"),
+    );
+    let error = read(whole.as_bytes(), Format::Collada)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("needs COLLADA's convex_mesh with convex_hull_of"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_declaration_behind_blanks_or_comments_is_read() {
+    let whole = document(&format!("<node>{SHOWN}</node>"));
+    for before in ["\n\n", "<!-- made\nby hand -->"] {
+        let late = format!("{before}{whole}");
+        assert_eq!(
+            read(late.as_bytes(), Format::Collada).unwrap().mesh.len(),
+            3
+        );
+        let fault = late.replace("0.01", "0");
+        let error = read(fault.as_bytes(), Format::Collada)
+            .unwrap_err()
+            .to_string();
+        let line = 2 + before.matches('\n').count();
+        assert!(
+            error.starts_with(&format!("line {line}: the unit")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn faults_name_the_line() {
     let whole = document(&format!("<node>{SHOWN}</node>"));
     let with = |from: &str, to: &str| whole.replace(from, to);

@@ -521,6 +521,8 @@ fn errors_name_the_file_and_know_the_place() {
     }
     let error = load(&folder.join("none.obj")).unwrap_err();
     assert!(error.to_string().contains("none.obj: "), "{error}");
+    assert_eq!(error.kind(), Some(std::io::ErrorKind::NotFound));
+    assert_eq!(write("a.obj", b"v 0 0\n").kind(), None);
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

@@ -46,7 +46,7 @@ fn all_formats_give_the_same_triangles() {
 #[test]
 fn odd_but_valid_files_are_read() {
     let points = "0 0 0\n1 0 0\n0 1 0\n";
-    let cases: [(Format, String, usize); 33] = [
+    let cases: [(Format, String, usize); 45] = [
         (Format::Obj, "v nan 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4".into(), 1),
         (Format::Obj, format!("f 1 2 3\n{SQUARE}"), 1),
         (Format::Obj, format!("{SQUARE}f 1 2 3 4\n"), 2),
@@ -92,6 +92,19 @@ fn odd_but_valid_files_are_read() {
         (Format::Off, format!("# a square\nCNOFF 4 1 0\n{}4 0 1 3 2 255 0 0\n", points.replace('\n', " 1 2 3\n") + "1 1 0\n"), 2),
         (Format::Off, format!("OFF3 1 0\n{points}3 0 1 2 # red\n"), 1),
         (Format::Off, format!("3 1 0\n\n{points}\n3 0 1 2"), 1),
+        // To OFF, line ends are blanks: faces, vertices and counts over several lines, or several on one.
+        (Format::Off, format!("OFF\n3 2 0\n{points}3 0 1\n2\n3\n2 1 # the second\n\n0\n"), 2),
+        (Format::Off, format!("OFF\r\n3 2 0\r\n{points}3 0 1\r\n2 255 0 0\r\n3 2 1 0 0 255 0\r\n"), 2),
+        (Format::Off, format!("OFF\n3 1\n0\n{}3 0 1 2\n", points.replace(' ', "\n")), 1),
+        (Format::Off, format!("OFF\n3\n1\n0\n{points}3 0 1 2\n"), 1),
+        (Format::Off, format!("OFF 3 1 0 {points}3 0 1 2\n").replace('\n', " "), 1),
+        (Format::Off, format!("OFF\n3 2 0\n{}\n3 0 1 2 3 2 1 0\n", points.replace('\n', " ")), 2),
+        (Format::Off, format!("NOFF\n3 1 0\n{}\n3 0 1 2\n", points.replace('\n', " 0 0 1 ")), 1),
+        (Format::Off, format!("COFF\n3 1 0\n{}\n3 0 1 2\n", points.replace('\n', " 1 0 0 1 ")), 1),
+        (Format::Off, format!("COFF\n3 1 0\n{}\n3 0 1 2\n", points.replace('\n', " 255 0 0 ")), 1),
+        (Format::Off, format!("STCNOFF\n3 1 0\n{}\n3 0 1 2\n", points.replace('\n', " 0 0 1 1 0 0 1 .5 .5 ")), 1),
+        (Format::Off, format!("COFF\n3 2 0\n{}3 0\n1 2\n3 2 1 0\n", points.replace('\n', " 255 0 0 255\n")), 2),
+        (Format::Off, format!("off\n# counts\n 3 1 0 # no edges\n{points}3 0 1 2\n"), 1),
         (Format::Ply, format!("{PLY}{points}3 0 1 2\n").replace("format", "comment \u{e9}\ncomment\nformat"), 1),
     ];
     for (format, content, count) in cases {

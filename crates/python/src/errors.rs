@@ -1,8 +1,12 @@
 //! Errors of the library as exceptions, with its texts.
 
 use core::fmt::Display;
+use punctual::points::PointError;
+use punctual_io::FileError;
+use punctual_robot::RobotError;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::{PyErr, PyResult};
+use std::io;
 
 pyo3::create_exception!(
     punctual3d,
@@ -20,6 +24,38 @@ pyo3::create_exception!(
 /// An argument that cannot be used.
 pub fn value_error(error: impl Display) -> PyErr {
     PyValueError::new_err(error.to_string())
+}
+
+/// A file that cannot be used: FileNotFoundError and its like where the system did not open it, else OSError.
+pub fn file_error(error: &FileError) -> PyErr {
+    io::Error::new(
+        error.kind().unwrap_or(io::ErrorKind::Other),
+        error.to_string(),
+    )
+    .into()
+}
+
+/// The same of a robot, or of a mesh that it names; else ValueError.
+pub fn robot_error(error: &RobotError) -> PyErr {
+    match error {
+        RobotError::File {
+            kind: Some(kind), ..
+        } => io::Error::new(*kind, error.to_string()).into(),
+        _ => value_error(error),
+    }
+}
+
+/// A tree without an inside, where that is asked for.
+pub fn not_solid() -> PyErr {
+    value_error("the tree was not built as a solid: build it with solid=\"keep\", or \"flip\"")
+}
+
+/// A point that cannot be asked about, or a tree without an inside.
+pub fn point_error(error: PointError) -> PyErr {
+    match error {
+        PointError::NotSolid => not_solid(),
+        error => value_error(error),
+    }
 }
 
 /// Refuses numbers that are negative or no numbers, by name.

@@ -2,6 +2,7 @@
 
 use crate::answer::Answer;
 use crate::arrays::{Transform, column, table};
+use crate::errors::not_solid;
 use crate::limit::Limit;
 use crate::tree::Surface;
 use numpy::{PyArray1, PyArray2};
@@ -61,7 +62,8 @@ const LAST: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 /// from both sides whenever the search stops.
 ///
 /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. solid: take the closed components
-/// of trees that were built with `solid="flip"` as solids, so that one inside of the other penetrates it.
+/// of trees that were built with `solid="flip"` as solids, so that one inside of the other penetrates it. Raises
+/// ValueError if neither was.
 /// push_only: look only for a short translation, so that low stays 0; finished when 32 directions all around were tried and the
 /// best one turned. relative_tolerance: stop as soon as high <= (1 + relative_tolerance) low. budget: seconds; work: units of work.
 ///
@@ -86,6 +88,9 @@ pub fn penetration<'py>(
 ) -> PyResult<Bound<'py, Penetration>> {
     let limit = Limit::new(budget, work)?;
     let (a, b) = (&*a.arc, &*b.arc);
+    if solid && a.solid().is_none() && b.solid().is_none() {
+        return Err(not_solid());
+    }
     let query = PenetrationQuery::new(a, b, T.unwrap_or_default().0).solid(solid);
     let query = query.push_only(push_only);
     let query = match relative_tolerance {

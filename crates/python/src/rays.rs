@@ -2,7 +2,7 @@
 
 use crate::answer::Answer;
 use crate::arrays::{column, each, vectors_or_one};
-use crate::errors::value_error;
+use crate::errors::{point_error, value_error};
 use crate::limit::Limit;
 use crate::query::with_workspace;
 use crate::tree::Surface;
@@ -295,7 +295,7 @@ pub fn rays<'py>(
     let tree = &*tree.arc;
     let origins: Vec<[f64; 3]> = rays.iter().map(|ray| ray.origin().to_array()).collect();
     let points = solid.then(|| Query::windings(tree, &origins)).transpose();
-    let points = points.map_err(value_error)?;
+    let points = points.map_err(point_error)?;
     let run = |workspace: &mut Workspace, (mut limit, clock): (Limit, &dyn Clock)| {
         let starts_inside = points.as_ref().map(|points| {
             let answer = points.run(workspace, limit.budget().clock(clock));

@@ -1,9 +1,9 @@
 //! Robots: configurations and edges, many in one call.
 
 use crate::arrays::{Transform, column, points, table};
-use crate::errors::{finite, value_error};
+use crate::errors::{finite, robot_error, value_error};
 use crate::limit::Limit;
-use crate::tree::Surface;
+use crate::tree::{Surface, warn};
 use crate::view::View;
 use numpy::{
     PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -32,7 +32,8 @@ type Added = (String, Solid, [f64; 12], Option<String>, Vec<String>);
 /// A shape, for pickles.
 #[derive(Clone, Serialize, Deserialize)]
 enum Solid {
-    Mesh(Vec<u8>),
+    #[serde(with = "tree_bytes")]
+    Mesh(Arc<punctual::Tree>),
     Box([f64; 3]),
     Sphere(f64),
     Cylinder([f64; 2]),
@@ -41,15 +42,31 @@ enum Solid {
 impl Solid {
     fn shape(&self) -> PyResult<Shape> {
         let shape = match self {
-            Self::Mesh(bytes) => {
-                let tree = punctual::Tree::from_bytes(bytes).map_err(value_error)?;
-                Ok(Shape::tree(Arc::new(tree)))
-            }
+            Self::Mesh(tree) => Ok(Shape::tree(Arc::clone(tree))),
             Self::Box(size) => Shape::cuboid(*size),
             Self::Sphere(radius) => Shape::sphere(*radius),
             Self::Cylinder([radius, length]) => Shape::cylinder(*radius, *length),
         };
         shape.map_err(value_error)
+    }
+}
+
+/// A tree as the bytes of its file. Made only for pickles.
+mod tree_bytes {
+    use super::{Arc, Deserialize, Serialize};
+    use punctual::Tree;
+    use serde::de::{Deserializer, Error};
+    use serde::ser::Serializer;
+
+    pub fn serialize<S: Serializer>(tree: &Arc<Tree>, to: S) -> Result<S::Ok, S::Error> {
+        tree.to_bytes().serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<Tree>, D::Error> {
+        let bytes = Vec::<u8>::deserialize(from)?;
+        Tree::from_bytes(&bytes)
+            .map(Arc::new)
+            .map_err(Error::custom)
     }
 }
 
@@ -265,22 +282,16 @@ impl Robot {
         let pose = punctual::Pose::from_row_major(*pose).unwrap_or(punctual::Pose::IDENTITY);
         let touches: Vec<&str> = may_touch.iter().map(String::as_str).collect();
         let mut checker = self.checker();
-        let id = match link {
-            Some(link) => checker.attach(name, link, pose, shape, &touches),
-            None => checker.add(name, pose, shape),
-        }?;
+        let id = checker.attach(name, link.as_deref(), pose, shape, &touches)?;
         drop(checker);
         self.added().push((id, added));
         Ok(id.number())
     }
 
     fn id(&self, number: u32) -> PyResult<ShapeId> {
-        let found = self
-            .added()
-            .iter()
-            .map(|(id, _)| *id)
-            .find(|id| id.number() == number);
-        found.ok_or_else(|| {
+        let added = self.added();
+        let found = added.binary_search_by_key(&number, |(id, _)| id.number());
+        found.map(|at| added[at].0).map_err(|_| {
             value_error(format_args!(
                 "obstacle {number}: {}",
                 RobotError::NoObstacle
@@ -346,7 +357,8 @@ impl Robot {
     /// moving joint are not. packages: folders in which `package://` names are sought, before those
     /// above the URDF file. solids: closed meshes are solids, so that what is inside them collides.
     ///
-    /// Raises ValueError with the file, the line, and the link or joint.
+    /// Warns (UserWarning) of each of its `notices`. Raises FileNotFoundError if there is no such file, or none of a mesh that
+    /// it names, and ValueError for other faults, with the file, the line, and the link or joint.
     #[classmethod]
     #[pyo3(signature = (urdf, *, srdf=None, packages=Vec::new(), solids=false))]
     fn from_urdf(
@@ -363,7 +375,20 @@ impl Robot {
             packages,
             solids,
         };
-        py.detach(|| Self::new(source)).map_err(value_error)
+        let robot = py
+            .detach(|| Self::new(source))
+            .map_err(|error| robot_error(&error))?;
+        for notice in robot.notices() {
+            warn(py, notice)?;
+        }
+        Ok(robot)
+    }
+
+    /// What the files say that is not heeded, a line each: pairs of links that the robot does not have, elements that are
+    /// passed over, open meshes that were to be solids.
+    #[getter]
+    fn notices(&self) -> Vec<String> {
+        self.checker().model().notices().to_vec()
     }
 
     /// Names of the joints whose values make a configuration.
@@ -405,7 +430,9 @@ impl Robot {
     /// that was built as a closed solid is one), box (three lengths), sphere (radius) and cylinder (radius, length), centred, a cylinder along z.
     ///
     /// T: (4, 4), its place in the world, or in the frame of link if that is given: then it moves
-    /// with that link, and is not asked with the links of may_touch.
+    /// with that link. It is not asked with the links of may_touch. Warns (UserWarning) of a Tree
+    /// that was built as a solid and is open: it is a surface. Raises ValueError for a link that the
+    /// robot does not have.
     #[pyo3(signature = (name, T=None, *, mesh=None, r#box=None, sphere=None, cylinder=None, link=None, may_touch=Vec::new()))]
     #[expect(
         non_snake_case,
@@ -414,6 +441,7 @@ impl Robot {
     )]
     fn add(
         &self,
+        py: Python<'_>,
         name: String,
         T: Option<Transform>,
         mesh: Option<Surface<'_>>,
@@ -424,8 +452,8 @@ impl Robot {
         may_touch: Vec<String>,
     ) -> PyResult<u32> {
         let pose = T.unwrap_or_default().0.to_row_major();
-        let solid = match (mesh.as_ref(), r#box, sphere, cylinder) {
-            (Some(mesh), None, None, None) => Solid::Mesh(mesh.arc.to_bytes()),
+        let solid = match (&mesh, r#box, sphere, cylinder) {
+            (Some(mesh), None, None, None) => Solid::Mesh(Arc::clone(&mesh.arc)),
             (None, Some(size), None, None) => Solid::Box(size),
             (None, None, Some(radius), None) => Solid::Sphere(radius),
             (None, None, None, Some(size)) => Solid::Cylinder(size),
@@ -434,10 +462,12 @@ impl Robot {
                 return Err(value_error(fault));
             }
         };
-        let shape = match &mesh {
-            Some(mesh) => Shape::tree(Arc::clone(&mesh.arc)),
-            None => solid.shape()?,
-        };
+        let open = mesh.and_then(|mesh| Some(mesh.arc.solid()?.open_edges()));
+        if let Some(open) = open.filter(|&open| open > 0) {
+            let why = format!("it has {open} open edges");
+            warn(py, format!("obstacle {name}: a surface, for {why}"))?;
+        }
+        let shape = solid.shape()?;
         self.insert((name, solid, pose, link, may_touch), shape)
             .map_err(value_error)
     }
@@ -726,7 +756,7 @@ impl Robot {
         let (source, added) =
             postcard::from_bytes::<(Source, Vec<(u32, Added)>)>(state).map_err(damaged)?;
         py.detach(|| {
-            let robot = Self::new(source).map_err(value_error)?;
+            let robot = Self::new(source).map_err(|error| robot_error(&error))?;
             for (number, added) in added {
                 let shape = added.1.shape()?;
                 robot.checker().number_next(number);

@@ -1,7 +1,7 @@
 //! Meshes with their trees.
 
 use crate::arrays::{column, mesh, table, vectors, vectors_or_one};
-use crate::errors::value_error;
+use crate::errors::{file_error, point_error, value_error};
 use crate::interrupt::in_background;
 use crate::limit::Limit;
 use crate::query::with_workspace;
@@ -10,7 +10,7 @@ use punctual::points::PointBounds;
 use punctual::tree::Solid;
 use punctual::{Budget, BuildOptions, Mesh, Query};
 use punctual_io::Loaded;
-use pyo3::exceptions::{PyOSError, PyTypeError, PyUserWarning};
+use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -86,6 +86,12 @@ fn built(py: Python<'_>, mesh: Mesh, options: BuildOptions) -> PyResult<punctual
     }
 }
 
+/// Warns of one thing (UserWarning).
+pub fn warn(py: Python<'_>, what: String) -> PyResult<()> {
+    let text = CString::new(what)?;
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+}
+
 /// What is known of many points.
 fn points_of(
     py: Python<'_>,
@@ -99,7 +105,7 @@ fn points_of(
     } else {
         Query::windings(tree, &points)
     };
-    let query = query.map_err(value_error)?;
+    let query = query.map_err(point_error)?;
     Limit::None.run(py, |clock| {
         with_workspace(|workspace| {
             let _ = query.run(workspace, Budget::unlimited().clock(clock));
@@ -179,7 +185,8 @@ impl Tree {
 
     /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz. Warns (UserWarning) of
     /// what was
-    /// passed over in it, one line a kind. Raises OSError if it cannot be read or is damaged, with the place.
+    /// passed over in it, one line a kind. Raises FileNotFoundError if there is no such file, and OSError if it cannot be
+    /// read or is damaged, with the place.
     #[classmethod]
     #[pyo3(signature = (path, *, effort="normal", extremes=false, solid="no"))]
     fn load(
@@ -197,11 +204,9 @@ impl Tree {
                 (punctual::Tree::with_options(mesh, &options), notices)
             })
         };
-        let (tree, notices) =
-            in_background(py, load)?.map_err(|error| PyOSError::new_err(error.to_string()))?;
+        let (tree, notices) = in_background(py, load)?.map_err(|error| file_error(&error))?;
         for notice in notices {
-            let text = CString::new(notice.in_file(&path))?;
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+            warn(py, notice.in_file(&path))?;
         }
         Ok(tree.into())
     }

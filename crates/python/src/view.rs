@@ -1,6 +1,7 @@
 //! A page that shows an answer, in a notebook or a browser.
 
-use pyo3::exceptions::PyOSError;
+use crate::errors::file_error;
+use punctual_io::FileError;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -35,10 +36,10 @@ impl View {
         &self.0
     }
 
-    /// Writes the page to a file. Raises OSError if that cannot be written.
+    /// Writes the page to a file. Raises OSError if that cannot be written, FileNotFoundError without its folder.
     pub fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let written = py.detach(|| fs::write(&path, &self.0));
-        written.map_err(|error| PyOSError::new_err(format!("{}: {error}", path.display())))
+        written.map_err(|error| file_error(&FileError::from_io(&path, &error)))
     }
 
     fn _repr_html_(&self) -> String {

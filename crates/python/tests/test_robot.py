@@ -188,7 +188,7 @@ def test_faults(robot, tmp_path):
         robot.add("x", sphere=1.0, link="nose")
     with pytest.raises(ValueError, match="one of mesh, box"):
         robot.add("x")
-    with pytest.raises(ValueError, match="none.urdf"):
+    with pytest.raises(FileNotFoundError, match="none.urdf"):
         punctual3d.Robot.from_urdf(tmp_path / "none.urdf")
 
 
@@ -201,3 +201,55 @@ def test_no_label_is_wrong(urdf):
     Q = np.loadtxt(folder / "configs.csv", delimiter=",", skiprows=1)
     meets = np.loadtxt(folder / "labels.csv", delimiter=",", skiprows=1)[:, 1]
     assert np.array_equal(robot.collide(Q, threads=2).verdict, meets)
+
+
+def test_an_obstacle_in_the_world_may_touch_links_too(robot):
+    q = [0, 0, 0, 0]
+    inside = place(0, 0, 0.6)
+    assert not robot.collide([q]).verdict.any()
+    cube = robot.add("cube", inside, box=(0.2, 0.2, 0.2))
+    assert robot.shape_name(cube) == "cube" and not robot.is_valid(q)
+    robot.remove(cube)
+    robot.add("cube", inside, box=(0.2, 0.2, 0.2), may_touch=["upper"])
+    assert robot.is_valid(q) and pickle.loads(pickle.dumps(robot)).is_valid(q)
+    for link in (None, "palm"):
+        with pytest.raises(ValueError, match="obstacle it: may_touch: there is no link nose"):
+            robot.add("it", inside, sphere=0.1, link=link, may_touch=["upper", "nose"])
+    assert robot.is_valid(q)
+
+
+def test_what_files_say_in_vain_is_told(tmp_path):
+    (tmp_path / "bowl.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n")
+    urdf = tmp_path / "bowl.urdf"
+    shape = '<collision><geometry><mesh filename="bowl.obj"/></geometry></collision>'
+    capsule = '<collision_checking><capsule name="bowl"/></collision_checking>'
+    urdf.write_text(f'<robot name="bowl"><link name="bowl">{shape}\n{capsule}</link></robot>')
+    (tmp_path / "bowl.srdf").write_text('<robot><disable_collisions link1="bowl" link2="none"/></robot>')
+    with pytest.warns(UserWarning) as told:
+        robot = punctual3d.Robot.from_urdf(urdf, srdf=tmp_path / "bowl.srdf", solids=True)
+    assert [str(warning.message) for warning in told] == robot.notices
+    for notice, words in zip(robot.notices, ["collision_checking", "open edges", "there is no link none"], strict=True):
+        assert words in notice and "bowl." in notice
+    with pytest.warns(UserWarning, match="obstacle pot: a surface, for it has 3 open edges"):
+        robot.add("pot", mesh=punctual3d.Tree.load(tmp_path / "bowl.obj", solid="keep"))
+
+
+def test_missing_files_are_told_from_bad_ones(tmp_path):
+    for load in (punctual3d.Robot.from_urdf, punctual3d.Tree.load):
+        with pytest.raises(FileNotFoundError, match=r"none\.(urdf|obj)"):
+            load(tmp_path / ("none.urdf" if load == punctual3d.Robot.from_urdf else "none.obj"))
+    urdf = tmp_path / "a.urdf"
+    for mesh in ("none.obj", "package://none/none.obj"):
+        shape = f'<collision><geometry><mesh filename="{mesh}"/></geometry></collision>'
+        urdf.write_text(f'<robot name="a"><link name="b">{shape}</link></robot>')
+        with pytest.raises(FileNotFoundError, match="a.urdf:1: link b: "):
+            punctual3d.Robot.from_urdf(urdf)
+    with pytest.raises(FileNotFoundError, match="none.srdf"):
+        punctual3d.Robot.from_urdf(TESTS.parent / "examples/arm7.urdf", srdf="none.srdf")
+    urdf.write_text("<robot")
+    with pytest.raises(ValueError):
+        punctual3d.Robot.from_urdf(urdf)
+    (tmp_path / "bad.obj").write_text("v 0 0")
+    with pytest.raises(OSError, match="bad.obj:1") as bad:
+        punctual3d.Tree.load(tmp_path / "bad.obj")
+    assert not isinstance(bad.value, FileNotFoundError)

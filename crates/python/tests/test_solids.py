@@ -4,6 +4,8 @@ import numpy as np
 import punctual3d
 import pytest
 
+KEEP = r"not built as a solid: build it with solid=\"keep\""
+
 
 def cube(solid: str, order: int = 1) -> punctual3d.Tree:
     corners = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
@@ -39,15 +41,20 @@ def test_rays_say_whether_they_start_inside(mode: str) -> None:
     cut = punctual3d.rays(cube("keep"), POINTS, [1, 0, 0], mode=mode, solid=True, work=0)
     assert cut.stop == "work-limit" and cut.starts_inside is not None and not cut.starts_inside.any()
     assert punctual3d.rays(cube("keep"), POINTS, [1, 0, 0], mode=mode).starts_inside is None
-    with pytest.raises(ValueError, match="not built as a solid"):
+    with pytest.raises(ValueError, match=KEEP):
         punctual3d.rays(cube("no"), POINTS, [1, 0, 0], solid=True)
 
 
 def test_refusals_name_the_place() -> None:
     surface = cube("no")
     assert surface.open_edges is None and surface.volume is None
-    with pytest.raises(ValueError, match="not built as a solid"):
+    with pytest.raises(ValueError, match=KEEP):
         surface.contains(POINTS)
+    with pytest.raises(ValueError, match=KEEP):
+        surface.signed_distance(POINTS)
+    with pytest.raises(ValueError, match=KEEP):
+        punctual3d.penetration(surface, surface, solid=True)
+    assert punctual3d.penetration(surface, cube("flip"), solid=True).high > 0
     with pytest.raises(ValueError, match="point 1 is not finite along axis 2"):
         cube("keep").signed_distance([[0, 0, 0], [0, 0, np.nan]])
     with pytest.raises(ValueError, match="solid"):

@@ -155,43 +155,54 @@ impl Checker {
     /// # Errors
     /// If the pose is not a rotation up to 1e-6, or too far away.
     pub fn add(&mut self, name: &str, pose: Pose, shape: Shape) -> Result<ShapeId, RobotError> {
-        self.insert(name, (0, Transform::IDENTITY), pose, shape, Vec::new())
+        self.attach(name, None, pose, shape, &[])
     }
 
-    /// Attaches an obstacle to a link, at a pose in the frame of the link. It is checked against
-    /// all shapes, except those of its own rigid body and of the links that it may touch.
+    /// Attaches an obstacle to a link, at a pose in the frame of the link. Without a link it stands
+    /// still in the world, at a pose in the world. It is checked against all shapes, except those
+    /// of its own rigid body and of the links that it may touch.
     ///
     /// # Errors
-    /// If there is no such link, or the pose is not a rotation up to 1e-6, or too far away.
-    pub fn attach(
+    /// [`RobotError::Model`], which names the obstacle: if there is no such link, or a link that it
+    /// may touch does not exist, or the pose is not a rotation up to 1e-6, or too far away. Nothing
+    /// is added then.
+    pub fn attach<'l>(
         &mut self,
         name: &str,
-        link: &str,
+        link: impl Into<Option<&'l str>>,
         pose: Pose,
         shape: Shape,
         may_touch: &[&str],
     ) -> Result<ShapeId, RobotError> {
-        let place = self.model().links[self.model().link_number(link)? as usize];
-        let touches = may_touch.iter().map(|link| self.model().link_number(link));
-        let touches = touches.collect::<Result<_, _>>()?;
-        self.insert(name, place, pose, shape, touches)
-    }
-
-    fn insert(
-        &mut self,
-        name: &str,
-        place: (u32, Transform),
-        pose: Pose,
-        shape: Shape,
-        touches: Vec<u32>,
-    ) -> Result<ShapeId, RobotError> {
-        let id = ShapeId(self.next);
-        let placed = PlacedShape::new(id, name.into(), None, place, &pose, shape);
+        let (id, link) = (ShapeId(self.next), link.into());
+        let placed = self.placed(id, name, link, &pose, shape, may_touch);
         let placed = placed.map_err(|error| prefixed(&format!("obstacle {name}"), error))?;
         self.next += 1;
-        self.world.shapes.push(PlacedShape { touches, ..placed });
-        self.pair();
+        self.world.push(placed);
+        self.order.extend(&self.world);
+        self.room.update(&self.world, self.world.shapes.len() - 1);
         Ok(id)
+    }
+
+    fn placed(
+        &self,
+        id: ShapeId,
+        name: &str,
+        link: Option<&str>,
+        pose: &Pose,
+        shape: Shape,
+        may_touch: &[&str],
+    ) -> Result<PlacedShape, RobotError> {
+        let model = self.model();
+        let place = match link {
+            Some(link) => model.links[model.link_number(link)? as usize],
+            None => (0, Transform::IDENTITY),
+        };
+        let touches = may_touch.iter().map(|link| model.link_number(link));
+        let touches = touches.collect::<Result<_, _>>();
+        let touches = touches.map_err(|error| prefixed("may_touch", error))?;
+        let placed = PlacedShape::new(id, name.into(), None, place, pose, shape)?;
+        Ok(PlacedShape { touches, ..placed })
     }
 
     /// Moves an obstacle to another pose, in the frame in which it was added or attached: the world
@@ -205,7 +216,7 @@ impl Checker {
         let shape = &mut self.world.shapes[at];
         shape.in_body = shape.frame * pose;
         self.world.version += 1;
-        self.room.sync(&self.world);
+        self.room.update(&self.world, at);
         Ok(())
     }
 
@@ -216,16 +227,11 @@ impl Checker {
     pub fn remove(&mut self, id: ShapeId) -> Result<(), RobotError> {
         let at = self.world.obstacle(id)?;
         self.world.shapes.remove(at);
-        self.pair();
-        Ok(())
-    }
-
-    /// Lists the pairs anew after a shape was added or removed.
-    fn pair(&mut self) {
         self.world.pair();
         self.world.version += 1;
         self.order = Order::new(&self.world);
         self.room.sync(&self.world);
+        Ok(())
     }
 
     /// Decides whether a configuration collides. Stops at the first pair that meets.

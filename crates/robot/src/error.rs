@@ -1,6 +1,7 @@
 //! What is wrong with a robot or a call, and where.
 
 use std::fmt;
+use std::io;
 #[cfg(feature = "urdf")]
 use std::path::Path;
 use std::path::PathBuf;
@@ -17,6 +18,9 @@ pub enum RobotError {
         line: Option<u32>,
         /// What is wrong, with the name of the link or joint.
         what: String,
+        /// Why the system did not open this file, or a mesh that it names, such as
+        /// [`io::ErrorKind::NotFound`]. `None` if the content is at fault.
+        kind: Option<io::ErrorKind>,
     },
     /// A link, joint or shape is out of order; the text names it.
     Model(String),
@@ -49,13 +53,19 @@ impl RobotError {
     /// Turns the error into a fault of a file.
     #[cfg(feature = "urdf")]
     pub(crate) fn within(self, file: &Path) -> Self {
-        let (line, what) = match self {
-            Self::Model(what) => (None, what),
-            Self::File { line, what, .. } => (line, what),
+        let (line, what, kind) = match self {
+            Self::Model(what) => (None, what, None),
+            Self::File {
+                line, what, kind, ..
+            } => (line, what, kind),
             other => return other,
         };
-        let file = file.to_owned();
-        Self::File { file, line, what }
+        Self::File {
+            file: file.to_owned(),
+            line,
+            what,
+            kind,
+        }
     }
 }
 
@@ -63,7 +73,9 @@ impl RobotError {
 impl fmt::Display for RobotError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::File { file, line, what } => {
+            Self::File {
+                file, line, what, ..
+            } => {
                 let line = line.map_or(String::new(), |line| format!("{line}:"));
                 write!(f, "{}:{line} {what}", file.display())
             }

@@ -23,6 +23,18 @@ enum First {
     Sphere(usize),
 }
 
+impl First {
+    fn new(world: &World, shape: u32, still: Option<StillBox>) -> Self {
+        match still {
+            Some((back, centre, half)) => {
+                let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
+                Self::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
+            }
+            None => Self::Sphere(world.column(shape)),
+        }
+    }
+}
+
 /// Tells of each pair whether it is near.
 #[derive(Debug, Default)]
 pub(crate) struct Near {
@@ -41,23 +53,36 @@ impl Near {
     /// Takes over the pairs of the world; `still` gives the boxes of shapes that stand still.
     pub fn sync(&mut self, world: &World, still: impl Fn(u32) -> Option<StillBox>) {
         self.instructions.get_or_insert_with(Instructions::detect);
-        let chunks = world.stride() / LANES;
-        self.spheres.resize(chunks, [[0.0; LANES]; 4]);
-        self.bits.resize(chunks * world.shapes.len(), 0);
+        self.spheres
+            .resize(world.stride() / LANES, [[0.0; LANES]; 4]);
+        self.fit(world);
         self.firsts.clear();
         let firsts = world.pairs.iter().map(|pair| (pair.a, First::Sphere(0)));
         self.firsts.extend(firsts);
         self.firsts.sort_unstable_by_key(|first| first.0);
         self.firsts.dedup_by_key(|first| first.0);
         for (shape, first) in &mut self.firsts {
-            *first = match still(*shape) {
-                Some((back, centre, half)) => {
-                    let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
-                    First::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
-                }
-                None => First::Sphere(world.column(*shape)),
-            };
+            *first = First::new(world, *shape, still(*shape));
         }
+    }
+
+    /// Takes over a shape that was moved, or one that stands still and was added behind the others.
+    pub fn update(&mut self, world: &World, shape: u32, still: Option<StillBox>) {
+        self.fit(world);
+        let first = First::new(world, shape, still);
+        match self.firsts.binary_search_by_key(&shape, |first| first.0) {
+            Ok(at) => self.firsts[at].1 = first,
+            Err(at) if world.pairs.last().is_some_and(|pair| pair.a == shape) => {
+                self.firsts.insert(at, (shape, first));
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// Makes room for a row of bits for each shape.
+    fn fit(&mut self, world: &World) {
+        let chunks = world.stride() / LANES;
+        self.bits.resize(chunks * world.shapes.len(), 0);
     }
 
     /// Places the sphere of a moving shape.

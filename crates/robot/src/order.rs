@@ -55,6 +55,13 @@ impl Order {
         }
     }
 
+    /// Takes over the pairs that were added behind the known ones.
+    pub fn extend(&mut self, world: &World) {
+        let (known, now) = (self.pairs.len() as u32, world.pairs.len());
+        self.pairs.extend(known..now as u32);
+        self.facts.resize(now, Fact::default());
+    }
+
     /// Number of configurations until the next sort.
     pub fn until_due(&self) -> u64 {
         self.due - self.seen

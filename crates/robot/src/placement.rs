@@ -49,6 +49,31 @@ struct Placed {
     still: Option<StillBox>,
 }
 
+impl Placed {
+    /// `ways` is the index of its first bound in [`Placement::ways`].
+    fn new(shape: &PlacedShape, ways: usize) -> Self {
+        let inner = shape.shape.inner();
+        let (place, is_still) = (shape.in_body, shape.body == 0);
+        let centre = place.transform_point3(inner.centre);
+        let frame = place * inner.frame;
+        let back = frame.matrix3.transpose();
+        Self {
+            place,
+            placed: if is_still { u64::MAX } else { 0 },
+            measured: 0,
+            ways,
+            centre,
+            sphere: [centre.x, centre.y, centre.z, inner.radius],
+            still: is_still.then_some((back, frame.translation, inner.half)),
+        }
+    }
+
+    /// Bounds its coordinates.
+    fn size(&self) -> f64 {
+        self.centre.abs().max_element() + self.sphere[3]
+    }
+}
+
 /// Rotation into the frame of a box, its centre and half extents.
 pub(crate) type StillBox = (DMat3, DVec3, DVec3);
 
@@ -58,37 +83,47 @@ impl Placement {
         if self.version == world.version {
             return;
         }
-        let (mut ways, mut still_size) = (0, 0f64);
-        let place = |shape: &PlacedShape| {
-            let inner = shape.shape.inner();
-            let (place, is_still) = (shape.in_body, shape.body == 0);
-            let begin = ways;
-            ways += world.model.bodies[shape.body as usize].chain.len() + 1;
-            let centre = place.transform_point3(inner.centre);
-            let frame = place * inner.frame;
-            let back = frame.matrix3.transpose();
-            if is_still {
-                still_size = still_size.max(centre.abs().max_element() + inner.radius);
-            }
-            Placed {
-                place,
-                placed: if is_still { u64::MAX } else { 0 },
-                measured: 0,
-                ways: begin,
-                centre,
-                sphere: [centre.x, centre.y, centre.z, inner.radius],
-                still: is_still.then_some((back, frame.translation, inner.half)),
-            }
-        };
         self.shapes.clear();
-        self.shapes.extend(world.shapes.iter().map(place));
-        (self.version, self.placed, self.still_size) = (world.version, 0, still_size);
+        self.ways.clear();
+        for shape in &world.shapes {
+            self.shapes.push(Placed::new(shape, self.ways.len()));
+            let chain = &world.model.bodies[shape.body as usize].chain;
+            self.ways.resize(self.ways.len() + chain.len() + 1, 0.0);
+        }
+        (self.version, self.placed) = (world.version, 0);
         self.bodies.clear();
         self.bodies
             .resize(world.model.bodies.len(), Transform::IDENTITY);
-        self.ways.resize(ways, 0.0);
+        self.measure_still();
         self.near
             .sync(world, |shape| self.shapes[shape as usize].still);
+    }
+
+    /// Takes over a shape that was moved, or added behind the others: the only change since the
+    /// last call.
+    pub fn update(&mut self, world: &World, at: usize) {
+        let shape = &world.shapes[at];
+        match self.shapes.get_mut(at) {
+            Some(placed) => {
+                *placed = Placed::new(shape, placed.ways);
+                self.measure_still();
+            }
+            // A shape that moves is the second one of pairs with all the others.
+            None if shape.body != 0 => return self.sync(world),
+            None => {
+                let placed = Placed::new(shape, self.ways.len());
+                self.still_size = self.still_size.max(placed.size());
+                self.shapes.push(placed);
+                self.ways.push(0.0);
+            }
+        }
+        self.version = world.version;
+        self.near.update(world, at as u32, self.shapes[at].still);
+    }
+
+    fn measure_still(&mut self) {
+        let still = self.shapes.iter().filter(|shape| shape.still.is_some());
+        self.still_size = still.map(Placed::size).fold(0.0, f64::max);
     }
 
     /// Places all shapes.

@@ -2,10 +2,12 @@
 
 use std::collections::HashMap;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use punctual::Mesh;
 use punctual::glam::DVec3;
+use punctual_io::text::{decode, without_late_declaration};
 use roxmltree::{Document, Node};
 
 use crate::error::refuse;
@@ -21,7 +23,9 @@ pub struct UrdfOptions {
     /// moving joint joins are not checked.
     pub srdf: Option<PathBuf>,
     /// Folders in which packages are sought: `package://arm/hand.stl` is `FOLDER/arm/hand.stl`, or
-    /// `FOLDER/hand.stl` if the folder is named `arm`. The folders above the URDF file follow.
+    /// `FOLDER/hand.stl` if the folder is named `arm`. The folders above the URDF file follow. Then
+    /// comes each folder whose `package.xml` has the name `arm`: up to five levels within these
+    /// folders, and beside the URDF file and the folders above it.
     pub packages: Vec<PathBuf>,
     /// Meshes are solids ([`Shape::solid`]), not surfaces. Meshes with open edges stay surfaces,
     /// and [`Model::notices`] names them.
@@ -57,15 +61,15 @@ impl Model {
             folder: file.parent().unwrap_or(Path::new("")),
             options,
             read: HashMap::new(),
-            notices: Vec::new(),
+            packages: HashMap::new(),
+            notices: Notices::default(),
         };
         let mut description = parse(file, |root| robot(root, &mut meshes))?;
         description.allows_neighbours = options.srdf.is_none();
-        let mut notices = meshes.notices;
+        let mut notices: Vec<String> = meshes.notices.of_file(file).collect();
         if let Some(srdf) = &options.srdf {
             let passed_over = parse(srdf, |root| allow(root, &mut description))?;
-            let place = |what| format!("{}:{what}", srdf.display());
-            notices.extend(passed_over.into_iter().map(place));
+            notices.extend(passed_over.of_file(srdf));
         }
         let mut model = Self::new(&description).map_err(|error| error.within(file))?;
         model.notices = notices;
@@ -79,12 +83,14 @@ fn parse<T>(
     read: impl FnOnce(Node<'_, '_>) -> Result<T, RobotError>,
 ) -> Result<T, RobotError> {
     let parsed = || {
-        let text = fs::read_to_string(file).or_else(|error| refuse(error.to_string()))?;
-        let document = Document::parse(&text).map_err(|error| RobotError::File {
-            file: PathBuf::new(),
-            line: Some(error.pos().row),
-            what: error.to_string(),
+        let bytes = fs::read(file).map_err(|error| {
+            let (what, kind) = (error.to_string(), Some(error.kind()));
+            fault(None, what, kind)
         })?;
+        let text = decode(&bytes);
+        let text = without_late_declaration(&text);
+        let document = Document::parse(&text)
+            .map_err(|error| fault(Some(error.pos().row), error.to_string(), None))?;
         let root = document.root_element();
         match root.has_tag_name("robot") {
             true => read(root),
@@ -98,13 +104,85 @@ fn line(node: Node<'_, '_>) -> u32 {
     node.document().text_pos_at(node.range().start).row
 }
 
-/// An error at an element. [`parse`] adds the name of the file.
-fn fail<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, RobotError> {
-    Err(RobotError::File {
+/// An error in a file, whose name [`parse`] adds.
+fn fault(line: Option<u32>, what: String, kind: Option<io::ErrorKind>) -> RobotError {
+    RobotError::File {
         file: PathBuf::new(),
-        line: Some(line(node)),
-        what: what.into(),
-    })
+        line,
+        what,
+        kind,
+    }
+}
+
+/// An error at an element.
+fn fail<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, RobotError> {
+    Err(fault(Some(line(node)), what.into(), None))
+}
+
+/// Elements that are known to change no collision, by their parent.
+const HARMLESS: [(&str, &[&str]); 5] = [
+    (
+        "robot",
+        &[
+            "material",
+            "transmission",
+            "gazebo",
+            "ros2_control",
+            "sensor",
+            // SRDF
+            "group",
+            "group_state",
+            "end_effector",
+            "virtual_joint",
+            "passive_joint",
+            "joint_property",
+            "link_sphere_approximation",
+        ],
+    ),
+    ("link", &["inertial", "visual", "contact", "sensor"]),
+    (
+        "joint",
+        &[
+            "dynamics",
+            "calibration",
+            "safety_controller",
+            "hardwareInterface",
+        ],
+    ),
+    ("collision", &["material", "contact_coefficients"]),
+    ("geometry", &[]),
+];
+
+/// What was passed over, with its line.
+#[derive(Default)]
+struct Notices(Vec<(u32, String)>);
+
+impl Notices {
+    fn add(&mut self, node: Node<'_, '_>, what: String) {
+        self.0.push((line(node), what));
+    }
+
+    /// Notes elements that are neither read nor harmless, the first of each kind. `of` names their
+    /// parent.
+    fn pass_over(&mut self, parent: Node<'_, '_>, of: &str, read: &[&str]) {
+        let place = parent.tag_name().name();
+        let harmless = HARMLESS.iter().find(|(name, _)| *name == place);
+        let is_known = |tag: &str| {
+            read.contains(&tag) || harmless.is_some_and(|(_, tags)| tags.contains(&tag))
+        };
+        for node in parent.children().filter(Node::is_element) {
+            let tag = node.tag_name().name();
+            let what = format!("`{tag}` in a `{place}` is passed over");
+            if !is_known(tag) && !self.0.iter().any(|(_, told)| told.ends_with(&what)) {
+                self.add(node, format!("{of}{what}"));
+            }
+        }
+    }
+
+    fn of_file(self, file: &Path) -> impl Iterator<Item = String> {
+        let told = |(line, what)| format!("{}:{line}: {what}", file.display());
+        self.0.into_iter().map(told)
+    }
 }
 
 fn robot(root: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Description, RobotError> {
@@ -119,13 +197,19 @@ fn robot(root: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Description, Rob
         name: root.attribute("name").unwrap_or("").to_owned(),
         ..Description::default()
     };
+    meshes.notices.pass_over(root, "", &["link", "joint"]);
     for node in root.children() {
         let tag = node.tag_name().name();
         let name = node.attribute("name").unwrap_or("without a name");
         let of = |error| prefixed(&format!("{tag} {name}"), error);
         match tag {
             "link" => robot.links.push(link(node, meshes).map_err(of)?),
-            "joint" => robot.joints.push(joint(node).map_err(of)?),
+            "joint" => {
+                let read = ["parent", "child", "origin", "axis", "limit", "mimic"];
+                let place = format!("joint {name}: ");
+                meshes.notices.pass_over(node, &place, &read);
+                robot.joints.push(joint(node).map_err(of)?);
+            }
             _ => {}
         }
     }
@@ -134,19 +218,32 @@ fn robot(root: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Description, Rob
 
 fn link(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Link, RobotError> {
     let mut shapes = Vec::new();
+    let name = attribute(node, "name")?.to_owned();
+    let place = format!("link {name}: ");
+    meshes.notices.pass_over(node, &place, &["collision"]);
     let is_collision = |node: &Node<'_, '_>| node.has_tag_name("collision");
     for collision in node.children().filter(is_collision) {
+        let read = ["origin", "geometry"];
+        meshes.notices.pass_over(collision, &place, &read);
         let geometry = child(collision, "geometry").and_then(|node| node.first_element_child());
         let Some(geometry) = geometry else {
             return fail(collision, "a collision without geometry");
         };
-        let shape = shape(geometry, meshes).or_else(|error| match error {
-            RobotError::Model(what) => fail(geometry, what),
-            error => Err(error),
+        if geometry.next_sibling_element().is_some() {
+            return fail(geometry, "a geometry of several shapes, must be one");
+        }
+        let shape = shape(geometry, meshes).map_err(|error| match error {
+            RobotError::Model(what) => fault(Some(line(geometry)), what, None),
+            RobotError::File {
+                line: None,
+                what,
+                kind,
+                ..
+            } => fault(Some(line(geometry)), what, kind),
+            error => error,
         })?;
         shapes.push((to_pose(&origin(collision)?), shape));
     }
-    let name = attribute(node, "name")?.to_owned();
     Ok(Link { name, shapes })
 }
 
@@ -160,7 +257,7 @@ fn shape(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Shape, RobotErro
         }
         "mesh" => {
             let scale = numbers(node, "scale", Some([1.0; 3]))?;
-            meshes.shape(attribute(node, "filename")?, scale)
+            meshes.shape(node, attribute(node, "filename")?, scale)
         }
         other => refuse(format!(
             "a shape of the kind `{other}`, known are box, sphere, cylinder and mesh"
@@ -261,11 +358,18 @@ struct Meshes<'o> {
     folder: &'o Path,
     options: &'o UrdfOptions,
     read: HashMap<(PathBuf, [u64; 3]), Shape>,
-    notices: Vec<String>,
+    /// The folders of packages that were sought by their `package.xml`.
+    packages: HashMap<String, Vec<PathBuf>>,
+    notices: Notices,
 }
 
 impl Meshes<'_> {
-    fn shape(&mut self, name: &str, scale: [f64; 3]) -> Result<Shape, RobotError> {
+    fn shape(
+        &mut self,
+        node: Node<'_, '_>,
+        name: &str,
+        scale: [f64; 3],
+    ) -> Result<Shape, RobotError> {
         if scale.contains(&0.0) {
             return refuse(format!("mesh {name}: a scale of 0"));
         }
@@ -273,7 +377,8 @@ impl Meshes<'_> {
         if let Some(shape) = self.read.get(&key) {
             return Ok(shape.clone());
         }
-        let loaded = punctual_io::load(&key.0).or_else(|error| refuse(error.to_string()))?;
+        let loaded = punctual_io::load(&key.0)
+            .map_err(|error| fault(None, error.to_string(), error.kind()))?;
         let mesh = scaled(loaded.mesh, scale)?;
         let shape = match self.options.solids {
             true => Shape::solid(mesh),
@@ -283,14 +388,14 @@ impl Meshes<'_> {
         if let Some(solid) = solid.filter(|solid| !solid.is_closed()) {
             let why = format!("it has {} open edges", solid.open_edges());
             let notice = format!("mesh {}: a surface, for {why}", key.0.display());
-            self.notices.push(notice);
+            self.notices.add(node, notice);
         }
         self.read.insert(key, shape.clone());
         Ok(shape)
     }
 
     /// The file of a name, which may be a URL.
-    fn find(&self, name: &str) -> Result<PathBuf, RobotError> {
+    fn find(&mut self, name: &str) -> Result<PathBuf, RobotError> {
         let mut kinds = ["package://", "model://"].iter();
         let Some(path) = kinds.find_map(|kind| name.strip_prefix(kind)) else {
             let path = name.strip_prefix("file://").unwrap_or(name);
@@ -308,8 +413,53 @@ impl Meshes<'_> {
                 return Ok(file);
             }
         }
-        let sought = "not found in the package folders, nor in those above the URDF file";
-        refuse(format!("mesh {name}: {sought}"))
+        let named = self.packages.entry(package.to_owned()).or_insert_with(|| {
+            let mut found = Vec::new();
+            for folder in &self.options.packages {
+                add_packages(package, folder, DEEPEST, &mut found);
+            }
+            for folder in folder.ancestors() {
+                add_packages(package, folder, 1, &mut found);
+            }
+            found
+        });
+        let mut files = named.iter().map(|folder| folder.join(rest));
+        files.find(|file| file.is_file()).ok_or_else(|| {
+            let sought = "not found in the package folders, nor in those above the URDF file";
+            let what = format!("mesh {name}: {sought}, by folder or package.xml");
+            fault(None, what, Some(io::ErrorKind::NotFound))
+        })
+    }
+}
+
+/// Levels of folders in which packages are sought by their `package.xml`.
+const DEEPEST: usize = 5;
+
+/// Adds the folders whose `package.xml` has this name, down to some levels below a folder. As in
+/// ROS, there are no packages within packages.
+fn add_packages(package: &str, folder: &Path, levels: usize, found: &mut Vec<PathBuf>) {
+    if let Ok(bytes) = fs::read(folder.join("package.xml")) {
+        let text = decode(&bytes);
+        let text = without_late_declaration(&text);
+        let document = Document::parse(&text);
+        let name = document.as_ref().ok().and_then(|document| {
+            let name = child(document.root_element(), "name")?;
+            name.text()
+        });
+        if name.is_some_and(|name| name.trim() == package) {
+            found.push(folder.to_owned());
+        }
+        return;
+    }
+    let Some(below) = levels.checked_sub(1) else {
+        return;
+    };
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    folders.retain(|path| path.is_dir());
+    folders.sort_unstable();
+    for folder in folders {
+        add_packages(package, &folder, below, found);
     }
 }
 
@@ -327,10 +477,15 @@ fn scaled(mesh: Mesh, scale: [f64; 3]) -> Result<Mesh, RobotError> {
     Mesh::from_f64(vertices, triangles).or_else(|error| refuse(error.to_string()))
 }
 
-/// Adds the disabled pairs of an SRDF file. Returns notices, with the lines, of links that the
-/// robot does not have.
-fn allow(root: Node<'_, '_>, robot: &mut Description) -> Result<Vec<String>, RobotError> {
-    let (mut notices, mut enabled) = (Vec::new(), Vec::new());
+/// Adds the disabled pairs of an SRDF file. Notices tell of links that the robot does not have.
+fn allow(root: Node<'_, '_>, robot: &mut Description) -> Result<Notices, RobotError> {
+    let (mut notices, mut enabled) = (Notices::default(), Vec::new());
+    let read = [
+        "disable_collisions",
+        "enable_collisions",
+        "disable_default_collisions",
+    ];
+    notices.pass_over(root, "", &read);
     for node in root.children() {
         let keys: &[&str] = match node.tag_name().name() {
             "disable_collisions" | "enable_collisions" => &["link1", "link2"],
@@ -341,7 +496,7 @@ fn allow(root: Node<'_, '_>, robot: &mut Description) -> Result<Vec<String>, Rob
         let links = links.collect::<Result<Vec<_>, _>>()?;
         let known = |name: &str| robot.links.iter().any(|link| link.name == name);
         if let Some(name) = links.iter().find(|name| !known(name)) {
-            notices.push(format!("{}: there is no link {name}", line(node)));
+            notices.add(node, format!("there is no link {name}"));
             continue;
         }
         let others = robot.links.iter().map(|link| link.name.clone());

@@ -77,23 +77,46 @@ impl World {
         self.pairs.clear();
         let moves = |&i: &u32| self.shapes[i as usize].body != 0;
         self.moving = (0..self.shapes.len() as u32).filter(moves).collect();
+        (0..self.shapes.len()).for_each(|b| self.pair_with_earlier(b));
+    }
+
+    /// Adds a shape, and its pairs behind those there are.
+    pub fn push(&mut self, shape: PlacedShape) {
+        let (new, stride) = (self.shapes.len(), self.stride());
+        if shape.body != 0 {
+            self.moving.push(new as u32);
+        }
+        self.shapes.push(shape);
+        self.version += 1;
+        if self.stride() == stride {
+            self.pair_with_earlier(new);
+        } else {
+            // All slots have changed.
+            self.pair();
+        }
+    }
+
+    /// Lists the pairs of a shape with those before it.
+    fn pair_with_earlier(&mut self, b: usize) {
         let stride = self.stride() as u32;
-        for b in 0..self.shapes.len() {
-            for a in 0..b {
-                if !self.asks([a, b]) {
-                    continue;
-                }
-                let [x, y] = [a, b].map(|i| self.shapes[i].body);
-                let [a, b] = if y == 0 { [b, a] } else { [a, b] };
-                let chains = [x, y].map(|body| &self.model.bodies[body as usize].chain);
-                let common = chains[0].iter().zip(chains[1]).take_while(|(x, y)| x == y);
-                self.pairs.push(Pair {
-                    a: a as u32,
-                    b: b as u32,
-                    slot: a as u32 * stride + self.column(b as u32) as u32,
-                    common: common.count() as u32,
-                });
+        // Of two shapes that stand still nothing is asked.
+        let is_still = self.shapes[b].body == 0;
+        let partners = if is_still { self.column(b as u32) } else { b };
+        for i in 0..partners {
+            let a = if is_still { self.moving[i] as usize } else { i };
+            if !self.asks([a, b]) {
+                continue;
             }
+            let [x, y] = [a, b].map(|i| self.shapes[i].body);
+            let [a, b] = if y == 0 { [b, a] } else { [a, b] };
+            let chains = [x, y].map(|body| &self.model.bodies[body as usize].chain);
+            let common = chains[0].iter().zip(chains[1]).take_while(|(x, y)| x == y);
+            self.pairs.push(Pair {
+                a: a as u32,
+                b: b as u32,
+                slot: a as u32 * stride + self.column(b as u32) as u32,
+                common: common.count() as u32,
+            });
         }
     }
 

@@ -130,6 +130,245 @@ fn links_that_the_robot_does_not_have_are_noted() {
     );
 }
 
+/// Writes a robot of two links with these collision elements and joint, and reads it.
+fn read(folder: &Path, before: &str, link: &str, joint: &str) -> Result<Model, RobotError> {
+    std::fs::create_dir_all(folder).unwrap();
+    let text = format!(
+        "{before}<robot name=\"two\"><link name=\"base\"/>\n<link name=\"tip\">{link}</link>\n\
+         {joint}<joint name=\"own\" type=\"revolute\"><parent link=\"base\"/><child link=\"tip\"/>\
+         <limit lower=\"-1\" upper=\"1\"/></joint></robot>"
+    );
+    std::fs::write(folder.join("two.urdf"), text).unwrap();
+    let options = UrdfOptions::default().packages(folder);
+    let model = Model::from_urdf(folder.join("two.urdf"), &options);
+    std::fs::remove_dir_all(folder).unwrap();
+    model
+}
+
+fn folder(of: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("punctual-{of}-{}", std::process::id()))
+}
+
+/// Pinocchio makes a capsule of a cylinder that `collision_checking` names.
+#[test]
+fn elements_that_are_passed_over_are_noted_and_harmless_ones_are_not() {
+    let collision = |inner: &str| format!("<collision><geometry>{inner}</geometry></collision>");
+    let cylinder = collision("<cylinder radius=\"1\" length=\"2\"/>");
+    let capsule = "<collision_checking>\n<capsule name=\"tip\"/></collision_checking>";
+    let harmless = "<inertial/><visual/><!-- a comment -->";
+    let model = read(
+        &folder("capsule"),
+        "",
+        &format!("{harmless}{cylinder}\n{capsule}{capsule}"),
+        "<gazebo/><transmission/><unheard_of/>",
+    );
+    let told = model.unwrap().notices().to_vec();
+    assert_eq!(told.len(), 2, "{told:?}");
+    for (notice, end) in told.iter().zip([
+        "two.urdf:6: `unheard_of` in a `robot` is passed over",
+        "two.urdf:3: link tip: `collision_checking` in a `link` is passed over",
+    ]) {
+        assert!(notice.ends_with(end), "{notice}");
+    }
+    let two = collision("<sphere radius=\"1\"/><sphere radius=\"2\"/>");
+    let error = read(&folder("shapes"), "", &two, "")
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("two.urdf:2: link tip: a geometry of several shapes"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_late_declaration_and_other_encodings_are_read() {
+    for before in [
+        "\n <?xml version=\"1.0\"?>\n",
+        "<!-- made by hand -->\n<?xml version=\"1.0\"\n encoding=\"utf-8\"?>",
+        "\u{feff}<?xml version=\"1.0\"?><?xml-stylesheet href=\"a\"?>",
+    ] {
+        let model = read(&folder("late"), before, "", "").unwrap();
+        assert_eq!(model.name(), "two", "{before}");
+        let error = read(&folder("late"), before, "<collision/>", "")
+            .unwrap_err()
+            .to_string();
+        let line = before.matches('\n').count() + 2;
+        assert!(
+            error.contains(&format!("two.urdf:{line}: link tip")),
+            "{error}"
+        );
+    }
+}
+
+/// A joint may follow one that stands behind it in the file.
+#[test]
+fn a_mimic_may_come_before_its_joint() {
+    let link = "</link><link name=\"after\">";
+    let joint = "<joint name=\"early\" type=\"revolute\"><parent link=\"tip\"/><child link=\"after\"/>\
+                 <axis xyz=\"0 0 1\"/><mimic joint=\"own\" multiplier=\"-2\"/></joint>\n";
+    let model = read(&folder("mimic"), "", link, joint).unwrap();
+    assert_eq!(model.joint_names(), ["own"]);
+    let poses = model.link_poses(&[0.25]).unwrap();
+    let want = DMat3::from_axis_angle(DVec3::X, 0.25) * DMat3::from_axis_angle(DVec3::Z, -0.5);
+    assert!(poses[2].rotation().abs_diff_eq(want, 1e-15), "{poses:?}");
+}
+
+#[test]
+fn packages_are_found_by_the_name_in_package_xml() {
+    let mesh = |name: &str| {
+        let place = format!("<mesh filename=\"package://{name}/meshes/wedge.obj\"/>");
+        format!("<collision><geometry>{place}</geometry></collision>")
+    };
+    let root = folder("packages");
+    // The URDF file is in the package, beside it, or elsewhere; folders have other names.
+    for (of_urdf, package) in [
+        ("src/a_folder/urdf", "src/a_folder"),
+        ("src/b/urdf", "src/a_folder"),
+        ("elsewhere", "elsewhere/src/deep/er/a_folder"),
+    ] {
+        let package = root.join(package);
+        std::fs::create_dir_all(package.join("meshes")).unwrap();
+        std::fs::copy(file("wedge.obj"), package.join("meshes/wedge.obj")).unwrap();
+        let text = "\n<?xml version=\"1.0\"?><package format=\"2\"><name> arms </name></package>";
+        std::fs::write(package.join("package.xml"), text).unwrap();
+        let model = read(&root.join(of_urdf), "", &mesh("arms"), "").unwrap();
+        assert_eq!(model.description().links[1].shapes.len(), 1, "{of_urdf}");
+        let error = read(&root.join("src/b"), "", &mesh("legs"), "").unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("package://legs/meshes/wedge.obj: not found"),
+            "{error}"
+        );
+        let kind = Some(std::io::ErrorKind::NotFound);
+        assert!(matches!(error, RobotError::File { kind: found, .. } if found == kind));
+        let _ = std::fs::remove_dir_all(&root);
+    }
+}
+
+#[test]
+fn files_that_do_not_exist_are_told_from_bad_ones() {
+    let kind_of = |error| match error {
+        RobotError::File { kind, .. } => kind,
+        error => panic!("{error}"),
+    };
+    let missing = Some(std::io::ErrorKind::NotFound);
+    let none = Model::from_urdf("none.urdf", &UrdfOptions::default()).unwrap_err();
+    assert_eq!(kind_of(none), missing);
+    let mesh = |name: &str| {
+        format!("<collision><geometry><mesh filename=\"{name}\"/></geometry></collision>")
+    };
+    let error = read(&folder("missing"), "", &mesh("none.obj"), "").unwrap_err();
+    assert!(
+        error.to_string().contains("two.urdf:2: link tip: "),
+        "{error}"
+    );
+    assert_eq!(kind_of(error), missing);
+    assert_eq!(
+        kind_of(read(&folder("bad"), "", &mesh("two.urdf"), "").unwrap_err()),
+        None
+    );
+    let srdf = UrdfOptions::default().srdf("none.srdf");
+    let error = Model::from_urdf(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/arm7.urdf"),
+        &srdf,
+    );
+    assert_eq!(kind_of(error.unwrap_err()), missing);
+}
+
+/// Obstacles that are added, attached, moved and removed one by one, against all pairs listed anew.
+#[test]
+fn a_change_of_one_obstacle_is_as_good_as_pairing_all_anew() {
+    let mut random = random(5);
+    let mut checker = Checker::new(arm());
+    let mut known: Vec<ShapeId> = Vec::new();
+    let queries = configurations(40, 9);
+    let (mut free, mut pairs, mut again) = (0, Vec::new(), Vec::new());
+    for step in 0..120 {
+        let place = at(2.0 * random() - 1.0, 2.0 * random() - 1.0, 1.5 * random());
+        let shape = match step % 3 {
+            0 => Shape::sphere(0.02 + 0.1 * random()).unwrap(),
+            1 => Shape::cuboid([0.1, 0.2, 0.03]).unwrap(),
+            _ => Shape::mesh(shapes::icosphere(1)),
+        };
+        match step % 7 {
+            // Far away, which widens the slack of the filters.
+            3 => checker
+                .move_to(known[step / 2 % known.len()], at(1e4, 0.0, 0.0))
+                .unwrap(),
+            4 => checker
+                .move_to(known[step / 3 % known.len()], place)
+                .unwrap(),
+            5 if step % 2 == 0 => {
+                checker
+                    .remove(known.swap_remove(step % known.len()))
+                    .unwrap();
+            }
+            6 => {
+                let near = at(0.1 * random(), 0.1, 0.1 * random());
+                let load = Shape::sphere(0.05).unwrap();
+                let id = checker
+                    .attach("load", "palm", near, load, &["fore"])
+                    .unwrap();
+                known.push(id);
+            }
+            2 => known.push(
+                checker
+                    .attach("still", None, place, shape, &["upper", "base"])
+                    .unwrap(),
+            ),
+            _ => known.push(checker.add("still", place, shape).unwrap()),
+        }
+        // A removal lists all pairs anew.
+        let mut fresh = checker.clone();
+        let last = fresh
+            .add("last", Pose::IDENTITY, Shape::sphere(1e-3).unwrap())
+            .unwrap();
+        fresh.remove(last).unwrap();
+        assert!(checker.pairs().eq(fresh.pairs()), "{step}");
+        for q in queries.iter().skip(step % 8).step_by(8) {
+            let one = checker.collide_all(q, UNLIMITED, &mut pairs).unwrap().value;
+            let other = fresh.collide_all(q, UNLIMITED, &mut again).unwrap().value;
+            assert_eq!((one, &pairs), (other, &again), "{step}");
+            free += u32::from(one == Collision::Free);
+            let options = ClearanceOptions::default();
+            let [one, other] = [&mut checker, &mut fresh]
+                .map(|checker| checker.clearance(q, &options, UNLIMITED).unwrap().value);
+            assert_eq!((one.low, one.high), (other.low, other.high), "{step}");
+        }
+    }
+    assert!(free > 20 && known.len() > 50, "{free} {}", known.len());
+}
+
+#[test]
+fn an_obstacle_in_the_world_may_touch_the_links_that_are_named() {
+    let mut checker = Checker::new(arm());
+    let q = [0.0; 4];
+    let cube = || Shape::cuboid([0.2; 3]).unwrap();
+    let inside = at(0.0, 0.0, 0.6);
+    let id = checker.add("cube", inside, cube()).unwrap();
+    let met = checker.collide(&q, UNLIMITED).unwrap().value;
+    assert!(
+        matches!(met, Collision::Contact(pair) if pair.contains(&id)),
+        "{met:?}"
+    );
+    checker.remove(id).unwrap();
+    checker
+        .attach("cube", None, inside, cube(), &["upper"])
+        .unwrap();
+    assert_eq!(
+        checker.collide(&q, UNLIMITED).unwrap().value,
+        Collision::Free
+    );
+    let pairs = checker.pairs().len();
+    for link in [None, Some("palm")] {
+        let refused = checker.attach("it", link, inside, cube(), &["upper", "nose"]);
+        let error = refused.unwrap_err().to_string();
+        assert_eq!(error, "obstacle it: may_touch: there is no link nose");
+    }
+    assert_eq!(checker.pairs().len(), pairs);
+}
+
 #[test]
 fn neighbours_are_not_asked_without_srdf() {
     let text = std::fs::read_to_string(file("arm.urdf")).unwrap();

@@ -149,7 +149,9 @@ pub enum PointError {
 impl fmt::Display for PointError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotSolid => f.write_str("the tree was not built as a solid"),
+            Self::NotSolid => {
+                f.write_str("the tree was not built as a solid, see `BuildOptions::solid`")
+            }
             Self::NotFinite { point, axis } => {
                 write!(f, "point {point} is not finite along axis {axis}")
             }

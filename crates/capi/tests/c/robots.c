@@ -52,6 +52,7 @@ void robots(void) {
   size_t joints, length;
   uint32_t post, load;
   char name[6];
+  const char *nose[] = {"nose"};
   FAILS(punctual_robot_from_urdf("none.urdf", NULL, NULL, 0, &robot), BAD_FILE,
         "punctual_robot_from_urdf: none.urdf: No such file or directory (os error 2)");
   OK(punctual_robot_from_urdf("crates/robot/examples/arm7.urdf", NULL, NULL, 1, &robot));
@@ -62,11 +63,15 @@ void robots(void) {
   place.m[3] = 0.35;
   place.m[7] = 0.45;
   place.m[11] = 0.5;
-  OK(punctual_robot_add(robot, "post 1", tree, place, NULL, &post));
+  OK(punctual_robot_add(robot, "post 1", tree, place, NULL, NULL, 0, &post));
   OK(punctual_robot_shape_name(robot, post, name, sizeof name, &length));
   CHECK(length == 6 && strcmp(name, "post ") == 0);
-  FAILS(punctual_robot_add(robot, "it", tree, place, "nose", &load), BAD_ARGUMENT,
-        "punctual_robot_add: there is no link nose");
+  FAILS(punctual_robot_add(robot, "it", tree, place, "nose", NULL, 0, &load), BAD_ARGUMENT,
+        "punctual_robot_add: obstacle it: there is no link nose");
+  FAILS(punctual_robot_add(robot, "it", tree, place, NULL, nose, 1, &load), BAD_ARGUMENT,
+        "punctual_robot_add: obstacle it: may_touch: there is no link nose");
+  OK(punctual_robot_notices(robot, NULL, 0, &length));
+  CHECK(length == 0);
   questions(robot, post);
   FAILS(punctual_robot_collide(robot, bent, 3, punctual_budget_unlimited(), NULL, &collision), BAD_ARGUMENT,
         "punctual_robot_collide: 3 joint values, the robot has 7");
@@ -78,7 +83,7 @@ void robots(void) {
   CHECK(collision.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && collision.shapes[1] == post);
   OK(punctual_robot_remove(robot, post));
   FAILS(punctual_robot_remove(robot, post), BAD_ARGUMENT, "punctual_robot_remove: no such obstacle");
-  OK(punctual_robot_add(robot, "load", tree, punctual_pose_identity(), "flange", &load));
+  OK(punctual_robot_add(robot, "load", tree, punctual_pose_identity(), "flange", NULL, 0, &load));
   OK(punctual_robot_collide(robot, bent, JOINTS, punctual_budget_unlimited(), NULL, &collision));
   CHECK(load == post + 1 && collision.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && collision.shapes[1] == load);
   punctual_robot_free(robot);

@@ -142,7 +142,7 @@ fn what_is_no_solid_or_no_point_is_refused() {
         room,
         Some(&mut out),
     );
-    let text = "punctual_points_run: the tree was not built as a solid";
+    let text = "punctual_points_run: the tree was not built as a solid, see `solid` of punctual_build_options";
     refused(status, Status::BadArgument, text);
     let status = spend(
         true,

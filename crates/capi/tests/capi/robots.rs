@@ -29,7 +29,16 @@ fn arms() -> (Box<punctual_robot>, Checker, Box<punctual_tree>) {
     (pose.m[3], pose.m[7], pose.m[11]) = (0.35, 0.45, 0.5);
     let shape = made(|shape| unsafe {
         let robot = Some(&mut *ours);
-        punctual_robot_add(robot, name.as_ptr(), Some(&tree), pose, null(), shape)
+        punctual_robot_add(
+            robot,
+            name.as_ptr(),
+            Some(&tree),
+            pose,
+            null(),
+            null(),
+            0,
+            shape,
+        )
     });
     let model = Model::from_urdf(ARM, &UrdfOptions::default()).unwrap();
     let mut theirs = Checker::new(model.into());
@@ -140,6 +149,72 @@ fn robots_answer_as_in_rust() {
     assert_eq!(made(|out| punctual_robot_joints(Some(&ours), out)), 7);
 }
 
+/// An obstacle in the world that is sunk into every link may touch those that are named, and no other.
+#[test]
+fn obstacles_may_touch_the_links_that_are_named() {
+    let (mut ours, mut theirs, tree) = arms();
+    let links: Vec<String> = theirs.model().link_names().map(str::to_owned).collect();
+    let texts: Vec<CString> = links.iter().map(|link| text(link)).collect();
+    let named: Vec<_> = texts.iter().map(|link| link.as_ptr()).collect();
+    let (name, mut place) = (text("held"), punctual_pose_identity());
+    place.m[11] = 0.5;
+    for count in 0..=named.len() {
+        let id = made(|shape| unsafe {
+            let (name, links) = (name.as_ptr(), named.as_ptr());
+            let robot = Some(&mut *ours);
+            punctual_robot_add(robot, name, Some(&tree), place, null(), links, count, shape)
+        });
+        let same = Shape::tree(Tree::new(shapes::cuboid([0.1, 0.1, 0.4], 1)).into());
+        let pose = punctual::Pose::from_row_major(place.m).unwrap();
+        let may_touch: Vec<&str> = links[..count].iter().map(String::as_str).collect();
+        let theirs_id = theirs.attach("held", None, pose, same, &may_touch).unwrap();
+        let budget = punctual_budget_unlimited();
+        let found = made(|out| unsafe {
+            let robot = Some(&mut *ours);
+            punctual_robot_collide(robot, BENT.as_ptr(), 7, budget, None, slot(out))
+        });
+        let want = theirs.collide(&BENT, Budget::unlimited()).unwrap();
+        assert_eq!(found.work, want.work, "{count}");
+        let is_met = found.verdict == punctual_robot_verdict::Contact;
+        assert_eq!(is_met, want.value != Collision::Free, "{count}");
+        assert!(is_met || count > 0);
+        assert!(!is_met || count < named.len());
+        assert_eq!(punctual_robot_remove(Some(&mut ours), id), Status::Ok);
+        theirs.remove(theirs_id).unwrap();
+    }
+}
+
+/// The arm with a link that it does not have in its SRDF file, told with and without room.
+#[test]
+fn what_the_files_of_a_robot_say_in_vain_is_told() {
+    let srdf = std::env::temp_dir().join(format!("punctual-c-{}.srdf", std::process::id()));
+    let pair = "<disable_collisions link1=\"nose\" link2=\"nose\"/>";
+    std::fs::write(&srdf, format!("<robot>{pair}\n{pair}</robot>")).unwrap();
+    let [urdf, file] = [ARM, srdf.to_str().unwrap()].map(text);
+    let robot = owned(|robot| unsafe {
+        punctual_robot_from_urdf(urdf.as_ptr(), file.as_ptr(), null(), 0, robot)
+    });
+    std::fs::remove_file(&srdf).unwrap();
+    let mut told = [1u8; 400];
+    let length = made(|out| unsafe {
+        punctual_robot_notices(Some(&robot), told.as_mut_ptr().cast(), told.len(), out)
+    });
+    let line = |line: u32| format!("{}:{line}: there is no link nose", srdf.display());
+    let want = format!("{}\n{}\0", line(1), line(2));
+    assert_eq!(
+        (&told[..length + 1], length + 1),
+        (want.as_bytes(), want.len())
+    );
+    let mut cut = [1u8; 3];
+    let same = made(|out| unsafe {
+        punctual_robot_notices(Some(&robot), cut.as_mut_ptr().cast(), cut.len(), out)
+    });
+    assert_eq!(
+        (same, &cut[..2], cut[2]),
+        (length, &want.as_bytes()[..2], 0)
+    );
+}
+
 #[test]
 fn robots_refuse_what_is_wrong() {
     let (mut robot, _, tree) = arms();
@@ -170,13 +245,15 @@ fn robots_refuse_what_is_wrong() {
                 Some(&tree),
                 pose,
                 link,
+                null(),
+                0,
                 Some(&mut shape),
             )
         };
         fails(
             add(nose.as_ptr(), pose),
             Status::BadArgument,
-            "punctual_robot_add: there is no link nose",
+            "punctual_robot_add: obstacle it: there is no link nose",
         );
         let mut tilted = pose;
         tilted.m[0] = 0.9995;
@@ -193,6 +270,8 @@ fn robots_refuse_what_is_wrong() {
                 Some(&tree),
                 pose,
                 null(),
+                null(),
+                0,
                 Some(&mut shape),
             ),
             "robot",

@@ -5,8 +5,12 @@ use std::str::FromStr;
 
 use punctual::glam::DVec3;
 use punctual::{Mesh, Pose, Tree};
+use punctual_io::Loaded;
 use punctual_lab::files;
 use punctual_lab::report::{self, Failure};
+
+use crate::approach::Approach;
+use crate::{complain, poses};
 
 pub struct Case {
     pub name: String,
@@ -58,6 +62,37 @@ impl Case {
             "distance",
             case.poses.len(),
         )?;
+        Ok(case)
+    }
+
+    /// Two mesh files at poses that are made for them: near contact, some in contact and some free, and at random. Writes the
+    /// poses to the folder.
+    pub fn between(files: [&Path; 2], quick: bool, folder: &Path) -> Result<Self, Failure> {
+        let [a, b] = files.map(|file| {
+            let Loaded { mesh, notices, .. } = punctual_io::load(file)?;
+            notices
+                .iter()
+                .for_each(|notice| complain(&notice.in_file(file)));
+            Ok::<_, Failure>(mesh)
+        });
+        let stem = |file: &Path| {
+            file.file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
+        let name = files.map(stem).join("_").replace(',', "_");
+        let mut case = Self::new(&name, a?, b?, Vec::new());
+        let [near, anywhere] = if quick { [28, 4] } else { [84, 16] };
+        let mut approach = Approach::new(&case.a, &case.b, 1);
+        let mut poses = poses::contact(&mut approach, near, false)?;
+        poses.extend(poses::random(&mut approach, anywhere)?);
+        let mut list = Vec::new();
+        for pose in &poses {
+            poses::print(pose, &mut list)?;
+        }
+        report::write(&folder.join(format!("{name}_poses.txt")), list)?;
+        case.poses = poses;
         Ok(case)
     }
 

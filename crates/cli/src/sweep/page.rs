@@ -14,7 +14,7 @@ use punctual::Mode;
 use punctual_lab::report::{self, Axis, Block, Chart, Failure, Page, Picture, Series, Shape};
 
 use super::confidence;
-use super::contender::{CURVES, CUT_OFF, Curve, DEFAULT, DEPTH_FIRST, ORACLE};
+use super::contender::{CURVES, CUT_OFF, Curve, DEFAULT, DEPTH_FIRST, ORACLE, label};
 use super::distance::OURS;
 use super::distance::summary::{FINISHED, Kind, PROVEN};
 use super::measure::Limit;
@@ -25,12 +25,15 @@ use super::summary::{DETECTED, Feature, Measurement, RECALL, Which, over_cases};
 pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<Page, Failure> {
     report::create_folder(&folder.join("cases"))?;
     let report = Report { cases, folder };
-    let mut sections = report.guarantees();
+    let mut sections = Vec::new();
+    if cases.iter().any(has_intersections) {
+        sections.push(report.time()?);
+    }
+    sections.extend(report.guarantees());
     if cases.iter().any(distance::has_any) {
         sections.push(report.distance()?);
     }
     if cases.iter().any(has_intersections) {
-        report.plot("overview", &report.overview())?;
         // All of these are means over the poses in contact.
         if cases.iter().any(|case| case.hits() > 0) {
             sections.extend(report.work()?);
@@ -38,7 +41,6 @@ pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<
         }
         sections.extend([
             report.volume_left()?,
-            report.time()?,
             report.lateness()?,
             confidence::section(cases, |name, chart| report.plot(name, chart))?,
             report.strata(),
@@ -69,33 +71,60 @@ impl Report<'_> {
         Ok(Block::from(&picture))
     }
 
-    /// What users get from a deadline, in one picture, to be shown elsewhere.
+    /// What users get from a deadline, in one picture, also to be shown elsewhere.
     fn overview(&self) -> Chart {
-        let [any, all] = [(Mode::Any, DETECTED), (Mode::All, RECALL)].map(|(mode, feature)| {
-            [DEFAULT, CUT_OFF].map(|order| time_points(self.cases, order, mode, feature))
-        });
-        let apart = [(OURS, PROVEN), (DEPTH_FIRST, FINISHED)]
-            .map(|(order, feature)| distance::line(self.cases, Kind::Time, order, feature));
-        let span = time_span([&any, &all, &apart].into_iter().flatten());
+        let over_time = |order, mode, feature| time_points(self.cases, order, mode, feature);
+        let distance = |order, feature| distance::line(self.cases, Kind::Time, order, feature);
+        // A plain query for a first contact or a distance knows what depth-first knows.
         let shown = [
-            ("contact detected", any),
-            ("pairs found", all),
-            ("distance within 10 %", apart),
+            (
+                0,
+                "contact detected",
+                DEFAULT,
+                over_time(DEFAULT, Mode::Any, DETECTED),
+            ),
+            (
+                0,
+                "contact detected",
+                DEPTH_FIRST,
+                over_time(DEPTH_FIRST, Mode::Any, DETECTED),
+            ),
+            (
+                1,
+                "pairs found",
+                DEFAULT,
+                over_time(DEFAULT, Mode::All, RECALL),
+            ),
+            (
+                1,
+                "pairs found",
+                DEPTH_FIRST,
+                over_time(DEPTH_FIRST, Mode::All, RECALL),
+            ),
+            (
+                1,
+                "pairs found",
+                CUT_OFF,
+                over_time(CUT_OFF, Mode::All, RECALL),
+            ),
+            (2, "distance within 10 %", DEFAULT, distance(OURS, PROVEN)),
+            (
+                2,
+                "distance within 10 %",
+                DEPTH_FIRST,
+                distance(DEPTH_FIRST, FINISHED),
+            ),
         ];
-        let series = shown
-            .into_iter()
-            .enumerate()
-            .flat_map(|(color, (what, [ours, plain]))| {
-                let [ours, plain] = [ours, plain].map(|points| within(points, &span));
-                [
-                    Series::new(format!("{what}: this library"), color, Shape::Line(ours)),
-                    Series::new(
-                        format!("{what}: plain query, cut off"),
-                        color,
-                        Shape::Dashed(plain),
-                    ),
-                ]
-            });
+        let span = time_span(shown.iter().map(|(.., points)| points));
+        let series = shown.into_iter().map(|(color, what, order, points)| {
+            let points = within(points, &span);
+            let shape = match order {
+                DEPTH_FIRST => Shape::Dashed(points),
+                CUT_OFF => Shape::Points(points),
+                _ => Shape::Line(points),
+            };
+            Series::new(format!("{what}: {}", label(order)), color, shape)
+        });
         Chart {
             title: "What is known when the time is up".to_owned(),
             series: series.collect(),

@@ -552,3 +552,34 @@ fn real_meshes_are_as_far_apart_as_the_truth_says() {
             .for_each(|question| case.check(question));
     }
 }
+
+/// A cube in a larger one: apart as surfaces, at distance 0 as solids.
+#[test]
+fn solids_that_hold_each_other_are_not_apart() {
+    let folder = Folder::new();
+    folder.write("a.obj", write::obj(&cuboid(Vec3::splat(2.0), 1)));
+    folder.write("b.obj", write::obj(&cuboid(Vec3::splat(0.5), 1)));
+    let beside = "1 0 0 4 0 1 0 0 0 0 1 0\n";
+    folder.write("poses.txt", format!("{IDENTITY}\n{beside}no pose\n"));
+    let surfaces = rows(&folder.run("distance a.obj b.obj poses.txt"));
+    assert!((surfaces[0].as_ref().unwrap().high - 1.5).abs() < 1e-5);
+    for options in ["", "--closer-than 1"] {
+        let solids = folder.run(&format!("distance a.obj b.obj poses.txt --solid {options}"));
+        let told: Vec<&str> = solids.lines(&format!("{HEADER},within")).collect();
+        assert!(
+            told[0].starts_with("0,0,0,") && told[0].ends_with(",b"),
+            "{told:?}"
+        );
+        assert!(
+            told[1].starts_with("1,1.") && told[1].ends_with(','),
+            "{told:?}"
+        );
+        assert!(told[2].ends_with(",0,error,0,"), "{told:?}");
+    }
+    let turned = folder.run("distance b.obj a.obj poses.txt --solid");
+    assert!(
+        turned.out.lines().nth(2).unwrap().ends_with(",a"),
+        "{}",
+        turned.out
+    );
+}

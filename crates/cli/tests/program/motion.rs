@@ -195,3 +195,82 @@ fn bad_options_are_refused_and_all_are_named() {
         assert!(answer.err.contains(part), "{}", answer.err);
     }
 }
+
+/// A unit cube on a wall 0.01 thick moves away, along it, and through it; and one that starts apart.
+#[test]
+fn a_contact_at_the_start_that_the_motion_leads_out_of_can_be_passed_over() {
+    let folder = Folder::new();
+    folder.write("wall.obj", write::obj(&cuboid([2.0, 2.0, 0.005], 1)));
+    folder.write("cube.obj", write::obj(&cuboid(Vec3::splat(0.5), 1)));
+    let from = |z: f64, way: &str| format!("1 0 0 0  0 1 0 0  0 0 1 {z}  {way}\n");
+    // Sunk by .001, the height of the cube over the wall is .504.
+    let motions = [
+        from(0.504, "0 0 4"),
+        from(0.504, "1 0 0"),
+        from(0.504, "0 0 -4"),
+        from(1.505, "0 0 -4"),
+        from(0.504, "0 0 0.0005"),
+        "no motion\n".to_owned(),
+        // A quarter of a turn about x, which sinks an edge.
+        "1 0 0 0 0 1 0 0 0 0 1 .504  1 0 0 0 0 0 -1 0 0 1 0 .504\n".to_owned(),
+    ];
+    folder.write("motions.txt", motions.concat());
+    let hits = folder.run("motion wall.obj cube.obj motions.txt");
+    let begun = |line: &str| line.split(',').nth(2) == Some("0");
+    let at_once: Vec<bool> = hits.lines(HEADER).map(begun).collect();
+    assert_eq!(at_once, [true, true, true, false, true, false, true]);
+    for options in ["", "--solid", "--budget-work 0", "--reps 2"] {
+        let answer = folder.run(&format!(
+            "motion wall.obj cube.obj motions.txt --ignore-start 0.005 {options}"
+        ));
+        assert_eq!(answer.status, 1);
+        let within = if options == "--solid" { ",within" } else { "" };
+        let header = format!("{HEADER}{within},free_from");
+        let rows: Vec<Vec<&str>> = answer
+            .lines(&header)
+            .map(|row| row.split(',').collect())
+            .collect();
+        let last: Vec<&str> = rows.iter().map(|row| *row.last().unwrap()).collect();
+        // Apart after .001 of 4, so at the first power of 2 above .00025.
+        let out = (2f64.powi(-11)).to_string();
+        assert_eq!(last, [&out, "", "", "0", "", "", ""], "{options}");
+        if options == "--budget-work 0" {
+            assert_eq!(rows[0][1], out);
+            continue;
+        }
+        assert_eq!([rows[0][1], rows[0][2]], ["1", ""], "{options}");
+        assert!(rows[1..3].iter().all(|row| row[2] == "0"), "{options}");
+        let touching: f64 = rows[3][2].parse().unwrap();
+        assert!((touching - 0.25).abs() < 1e-5, "{options}");
+    }
+    let bad = folder.run("motion wall.obj cube.obj motions.txt --ignore-start -1");
+    bad.assert_refused(&["--ignore-start"]);
+}
+
+/// A body in another one is no hit for surfaces, and one at once for solids.
+#[test]
+fn solids_meet_what_is_inside_them() {
+    let folder = Folder::new();
+    folder.write("room.obj", write::obj(&cuboid(Vec3::splat(2.0), 1)));
+    folder.write("pea.obj", write::obj(&cuboid(Vec3::splat(0.1), 1)));
+    folder.write("motions.txt", "1 0 0 0 0 1 0 0 0 0 1 0  4 0 0\nno motion\n");
+    let surfaces = folder.run("motion room.obj pea.obj motions.txt");
+    let row = rows(&surfaces)[0].clone().unwrap();
+    assert!((row.touching_at.unwrap() - 0.475).abs() < 1e-5, "{row:?}");
+    let solids = folder.run("motion room.obj pea.obj motions.txt --solid");
+    let told: Vec<&str> = solids.lines(&format!("{HEADER},within")).collect();
+    assert!(
+        told[0].starts_with("0,0,0,,,") && told[0].ends_with(",b"),
+        "{told:?}"
+    );
+    assert!(told[1].ends_with(",error,0,"), "{told:?}");
+    let open = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    folder.write("open.obj", open);
+    let told = folder
+        .run("motion room.obj open.obj motions.txt --solid")
+        .err;
+    assert!(
+        told.contains("open.obj: its open parts are surfaces, it has 3 open edges"),
+        "{told}"
+    );
+}

@@ -158,6 +158,45 @@ fn the_page_tells_of_each_configuration_what_the_lines_do() {
     assert_eq!(edges.status, 2, "{}", edges.err);
 }
 
+/// A package by the name in package.xml, a capsule of pinocchio's, and open meshes that were to be solids.
+#[test]
+fn what_is_passed_over_is_told() {
+    let folder = Folder::new();
+    for path in ["pkg_folder/urdf", "pkg_folder/meshes", "env"] {
+        std::fs::create_dir_all(folder.path().join(path)).unwrap();
+    }
+    folder.write(
+        "pkg_folder/package.xml",
+        "<package><name>arms</name></package>",
+    );
+    let open = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    folder.write("pkg_folder/meshes/flap.obj", open);
+    folder.write("env/sheet.obj", open);
+    let mesh = "<geometry><mesh filename=\"package://arms/meshes/flap.obj\"/></geometry>";
+    let capsule = "<collision_checking><capsule name=\"flap\"/></collision_checking>";
+    let link = format!("<link name=\"flap\"><collision>{mesh}</collision>\n{capsule}</link>");
+    let joint = "<joint name=\"x\" type=\"continuous\"><parent link=\"base\"/><child link=\"flap\"/></joint>";
+    let robot =
+        format!("\n<?xml version=\"1.0\"?>\n<robot><link name=\"base\"/>{link}{joint}</robot>");
+    folder.write("pkg_folder/urdf/r.urdf", robot);
+    folder.write("q.csv", "x\n0\n");
+    let command = "robot pkg_folder/urdf/r.urdf --configs q.csv --packages . --solids --env env";
+    let answer = folder.run(command);
+    assert_eq!(answer.status, 0, "{}", answer.err);
+    for words in [
+        "r.urdf:4: link flap: `collision_checking` in a `link` is passed over",
+        "flap.obj: a surface, for it has 3 open edges",
+        "sheet.obj: its open parts are surfaces, it has 3 open edges",
+    ] {
+        assert!(answer.err.contains(words), "{words}: {}", answer.err);
+    }
+    assert!(
+        answer.out.contains("0,contact,flap|sheet"),
+        "{}",
+        answer.out
+    );
+}
+
 #[test]
 fn what_is_wrong_is_named() {
     let folder = slide();

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use punctual::shapes::{cuboid, torus_knot};
+
 use crate::run::Folder;
+use crate::write;
 
 const FILES: [&str; 22] = [
     "index.html",
@@ -72,8 +75,8 @@ fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
     // Verdicts are on the three guarantees, and on nothing else.
     assert_eq!(page.matches("<h3>Verdict</h3>").count(), 3);
     assert_eq!(page.matches("verdict yes").count(), 2 * 3);
-    // Thirteen plots of all cases, seven of each of the six.
-    assert_eq!(page.matches("<svg").count(), 13 + 7 * 6);
+    // Fourteen plots of all cases, seven of each of the six.
+    assert_eq!(page.matches("<svg").count(), 14 + 7 * 6);
     no_order_is_ahead_of_the_best(&one);
     bounds_close_in(&folder.read("one/distance.csv"));
 
@@ -384,6 +387,62 @@ fn orders_and_budgets_can_be_chosen() {
         folder
             .run(&format!("sweep case --quick --out report {bad}"))
             .assert_refused(&[option]);
+    }
+}
+
+/// One command leads from two meshes to the page. Its first picture tells what is known when the time is up.
+#[test]
+fn two_meshes_are_a_case() {
+    let folder = Folder::new();
+    folder.write("knot.obj", write::obj(&torus_knot(2, 3, 0.2, 24)));
+    folder.write("cube.obj", write::obj(&cuboid([0.5, 0.4, 0.3], 3)));
+    let answer = folder.run("sweep knot.obj cube.obj --quick --out one");
+    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    let page = folder.read("one/index.html");
+    assert!(page.contains("1 case of two meshes, 32 poses,"), "{page}");
+    let first = page.find("<svg").unwrap();
+    let heading = page[..first].rfind("What is known when the time is up?");
+    assert!(heading.is_some());
+    let picture = &page[first..first + page[first..].find("</svg>").unwrap()];
+    for what in ["contact detected", "pairs found", "distance within 10 %"] {
+        for order in ["this library", "depth-first"] {
+            assert!(
+                picture.contains(&format!("{what}: {order}")),
+                "{what}: {order}"
+            );
+        }
+    }
+    // Of each line the same number of poses meets, those past the touch.
+    let poses = folder.read("one/knot_cube_poses.txt");
+    let answers = folder.run("pair knot.obj cube.obj one/knot_cube_poses.txt");
+    let met = answers
+        .out
+        .lines()
+        .skip(2)
+        .take(28)
+        .filter(|row| row.contains("intersecting"));
+    assert!((12..=16).contains(&met.count()), "{}", answers.out);
+    assert_eq!(
+        folder
+            .run("sweep knot.obj cube.obj --quick --distance-only --out two")
+            .status,
+        0
+    );
+    assert_eq!(folder.read("two/knot_cube_poses.txt"), poses);
+    for (meshes, named) in [
+        (
+            "knot.obj",
+            "knot.obj: a mesh file must be followed by another",
+        ),
+        (
+            "knot.obj one",
+            "knot.obj: a mesh file must be followed by another",
+        ),
+        ("knot.obj none.obj", "none.obj: No such file"),
+        ("none.obj knot.obj", "none.obj: No such file"),
+    ] {
+        let refused = folder.run(&format!("sweep {meshes} --quick --out three"));
+        refused.assert_refused(&[named]);
     }
 }
 

@@ -21,7 +21,7 @@ const SHOWN: usize = 8;
 
 impl Report<'_> {
     pub(super) fn time(&self) -> Result<Section, Failure> {
-        let mut blocks = vec![];
+        let mut blocks = vec![self.plot("overview", &self.overview())?];
         for (id, title, mode, feature) in [
             (
                 "any-time",
