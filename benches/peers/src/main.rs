@@ -126,7 +126,8 @@ struct Ours {
 impl Contender for Ours {
     fn count(&mut self, pose: &Pose, mode: Mode) -> u64 {
         let query = Query::intersection(&self.trees[0], &self.trees[1], *pose).mode(mode);
-        query.run(&mut self.workspace, Budget::unlimited()).found
+        let answer = query.run(&mut self.workspace, Budget::unlimited());
+        answer.stats.found
     }
 }
 
@@ -219,7 +220,8 @@ impl Obvhs {
         let trees = triangles.each_ref().map(|triangles| {
             let soup: Vec<_> = triangles
                 .iter()
-                .map(|&[v0, v1, v2]| obvhs::triangle::Triangle { v0, v1, v2 })
+                .map(|triangle| triangle.map(|v| v.to_array().into()))
+                .map(|[v0, v1, v2]| obvhs::triangle::Triangle { v0, v1, v2 })
                 .collect();
             build_bvh2_from_tris(
                 &soup,
@@ -243,7 +245,12 @@ impl Contender for Obvhs {
             trees: [a, b],
             stack,
         } = self;
-        let bounds = |node: &obvhs::bvh2::node::Bvh2Node| (node.aabb().min, node.aabb().max);
+        let bounds = |node: &obvhs::bvh2::node::Bvh2Node| {
+            let aabb = node.aabb();
+            [aabb.min, aabb.max]
+                .map(|v| Vec3A::from_array(v.to_array()))
+                .into()
+        };
         let mut found = 0;
         stack.clear();
         stack.push([0, 0]);

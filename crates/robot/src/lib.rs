@@ -44,6 +44,7 @@
 
 #![deny(missing_docs)]
 #![forbid(unsafe_code)]
+#![cfg_attr(doctest, doc = include_str!("../README.md"))]
 
 // A call places the shapes (`placement`) and tests spheres of all pairs at once (`near`). It then
 // tests the remaining pairs in the learned order (`order`): boxes, then an exact query (`call`).

@@ -3,8 +3,8 @@
 use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::ptr;
 
-use punctual::{Mesh, Ray};
 use punctual::rays::RayHit;
+use punctual::{Mesh, Ray};
 
 const NONE: c_uint = c_uint::MAX;
 const ROBUST: c_int = 1 << 2;

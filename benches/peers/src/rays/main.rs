@@ -15,8 +15,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use embree::Embree;
+use punctual::rays::{RayHit, RayMode};
 use punctual::{Budget, Query, Ray, Stats, Tree, Workspace};
-use punctual::rays::{RayCast, RayHit, RayMode, Rays};
 
 const BLOCK: usize = 500;
 const TURNS: usize = 3;
@@ -101,39 +101,35 @@ impl Case {
         let peers = [false, true].map(|robust| Embree::new(self.tree.mesh(), robust));
         let mut workspace = Workspace::new();
         let (mut sums, mut hit, mut differ, mut nodes, mut tests) = ([0.0; 7], 0, [0; 2], 0, 0);
-        let mut hits: Vec<Option<RayHit>> = vec![None; BLOCK];
         for block in rays.chunks(BLOCK) {
             let mut least = Least::default();
             let asked = embree::rays(block);
-            let hits = &mut hits[..block.len()];
             for turn in 0..TURNS {
                 let batch = Query::rays(&self.tree, block);
                 least.time(4, turn, || {
-                    let _ = batch
-                        .any()
-                        .run(&mut workspace, black_box(hits), Budget::unlimited());
+                    black_box(batch.any().run(&mut workspace, Budget::unlimited()).value);
                 });
                 for (which, peer) in peers.iter().enumerate() {
                     let (mut shadows, mut nearest) = (asked.clone(), asked.clone());
                     least.time(5 + which, turn, || peer.occluded(black_box(&mut shadows)));
                     least.time(1 + which, turn, || peer.nearest(black_box(&mut nearest)));
                     if turn == 0 {
-                        let _ = batch.run(&mut workspace, hits, Budget::unlimited());
-                        differ[which] += embree::differing(hits, &nearest);
+                        let _ = batch.run(&mut workspace, Budget::unlimited());
+                        differ[which] += embree::differing(workspace.first_hits(), &nearest);
                     }
                 }
                 least.time(3, turn, || {
                     for &ray in block {
                         let query = Query::ray(&self.tree, ray);
-                        black_box(query.run(&mut workspace, Budget::unlimited()).hit);
+                        black_box(query.run(&mut workspace, Budget::unlimited()).value.hit);
                     }
                 });
                 let mut done = None;
                 least.time(0, turn, || {
-                    done = Some(batch.run(&mut workspace, black_box(hits), Budget::unlimited()))
+                    done = Some(black_box(batch.run(&mut workspace, Budget::unlimited())))
                 });
                 if let (0, Some(done)) = (turn, done) {
-                    hit += hits.iter().flatten().count();
+                    hit += workspace.first_hits().iter().flatten().count();
                     nodes += done.stats.bv_tests;
                     tests += done.stats.primitive_tests;
                 }
@@ -174,19 +170,16 @@ fn cast_alone(file: &Path, count: usize) {
     let case = Case::load(file);
     let mut workspace = Workspace::new();
     for (name, rays) in sets::all(case.tree.mesh(), count) {
-        let mut hits = vec![None; rays.len()];
         let batch = Query::rays(&case.tree, &rays);
         for (mode, batch) in [(RayMode::Nearest, batch), (RayMode::Any, batch.any())] {
-            let stats = batch
-                .run(&mut workspace, &mut hits, Budget::unlimited())
-                .stats;
-            case.print(name, mode.to_string(), &hits, &stats);
+            let stats = batch.run(&mut workspace, Budget::unlimited()).stats;
+            case.print(name, mode.to_string(), workspace.first_hits(), &stats);
         }
-        for (&ray, hit) in rays.iter().zip(&mut hits) {
-            *hit = Query::ray(&case.tree, ray)
-                .run(&mut workspace, Budget::unlimited())
-                .hit;
-        }
+        let cast = |&ray: &Ray| {
+            let query = Query::ray(&case.tree, ray);
+            query.run(&mut workspace, Budget::unlimited()).value.hit
+        };
+        let hits: Vec<_> = rays.iter().map(cast).collect();
         case.print(name, "single".to_owned(), &hits, &Stats::default());
     }
 }
