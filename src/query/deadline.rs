@@ -42,7 +42,8 @@ pub struct Deadline<'c> {
     slowest: [f64; 2],
     /// The work until the next reading is the safe work divided by this.
     stretch: u64,
-    /// Time of the first reading, and the work since.
+    /// Time of the last reading before any work, and the work since. The time before is no measure
+    /// of the pace.
     first_look: Option<Duration>,
     done: u64,
     /// Work of the current query when `left` and `safe` were last updated, and at which the stop
@@ -55,8 +56,7 @@ pub struct Deadline<'c> {
 }
 
 impl<'c> Deadline<'c> {
-    /// The end of a budget that begins now. Its start counts as the first reading, unless the
-    /// budget is so short that it may end before the first step.
+    /// The end of a budget that begins now.
     #[inline(always)]
     pub fn of(budget: ClockedBudget<'c>) -> Self {
         let (budget, clock) = budget.parts();
@@ -64,23 +64,11 @@ impl<'c> Deadline<'c> {
         let end = started
             .zip(budget.time)
             .map(|(now, limit)| now.saturating_add(limit));
-        let left = budget.work.unwrap_or(u64::MAX);
-        let poll_interval = budget.poll_interval.max(1);
-        let first = budget.time.map_or(u64::MAX, |limit| {
-            (nanoseconds(limit) / SLOWEST_UNIT) as u64 / FIRST_TO_SLOWEST
-        });
-        let (safe, first_look) = if first < poll_interval {
-            (0, None)
-        } else {
-            (first.min(BETWEEN_LOOKS), started)
-        };
         Self {
             started,
-            first_look,
-            safe,
-            poll_interval,
+            poll_interval: budget.poll_interval.max(1),
             reserve: 0,
-            ..Self::at(end, left, clock)
+            ..Self::at(end, budget.work.unwrap_or(u64::MAX), clock)
         }
     }
 
@@ -273,7 +261,8 @@ impl<'c> Deadline<'c> {
             return Some(u64::MAX);
         };
         let now = self.clock.now();
-        let first = *self.first_look.get_or_insert(now);
+        let first = self.first_look.filter(|_| self.done > 0).unwrap_or(now);
+        self.first_look = Some(first);
         let mean = nanoseconds(now.saturating_sub(first)) / self.done.max(1) as f64;
         let left = end.checked_sub(now).filter(|left| !left.is_zero())?;
         let [slowest, to_mean] = self.slowest;
