@@ -25,7 +25,7 @@ use core::{fmt, slice};
 use glam::DVec3;
 use punctual_geom::Pose;
 use punctual_geom::tolerance::COORDINATE_LIMIT;
-use state::{Phase, ROOM};
+use state::Phase;
 pub(super) use visit::{Locate, Source};
 
 /// Asks about one point and a solid ([`Query::winding`], [`Query::signed_distance`]).
@@ -334,7 +334,7 @@ pub(super) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2
     };
     let state = &mut workspace.points;
     if count > 0 {
-        state.stack.reserve(ROOM);
+        state.reserve_stack();
     }
     (state.measures, state.is_within) = (false, false);
     (state.left, state.phase) = (count, if count > 0 { Phase::Start } else { Phase::Idle });
