@@ -30,10 +30,17 @@
 
 /// Quantiles of log2 of the BV tests left if all hits are wanted: for each, the weights of
 /// `features_of_all`.
-pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
-    [-0.025026, 1.0026, -1.6487],
-    [-0.039575, 1.0050, -0.10988],
-    [0.14354, 0.99455, 1.7445],
+pub(super) const ALL_LEFT: [[f64; 7]; 3] = [
+    [-0.025026, 1.0026, -1.6487, 0.0, 0.0, 0.0, 0.0],
+    [-0.039575, 1.0050, -0.10988, 0.0, 0.0, 0.0, 0.0],
+    [0.14354, 0.99455, 1.7445, 0.0, 0.0, 0.0, 0.0],
+];
+
+/// `ALL_LEFT` before the query.
+pub(super) const ALL_BEFORE: [[f64; 7]; 3] = [
+    [-0.025026, 1.0026, -1.6487, 0.0, 0.0, 0.0, 0.0],
+    [-0.039575, 1.0050, -0.10988, 0.0, 0.0, 0.0, 0.0],
+    [0.14354, 0.99455, 1.7445, 0.0, 0.0, 0.0, 0.0],
 ];
 
 /// 90 % quantile of log2 of the BV tests of a whole query: intercept, and slope in log2 of the pair
@@ -41,10 +48,17 @@ pub(super) const ALL_LEFT: [[f64; 3]; 3] = [
 pub(super) const ROOT_MOST: [f64; 2] = [2.3561, 1.0466];
 
 /// `ALL_LEFT` if the first hit ends the query: for each, the weights of `features_of_any`.
-pub(super) const ANY_LEFT: [[f64; 6]; 3] = [
-    [-0.11789, 1.0316, -3.4804, 2.6199, -0.93492, 6.9775],
-    [-0.30612, 1.0419, 3.5469, 3.0504, -0.42183, -7.3675],
-    [-0.038696, 1.0048, 5.6575, 1.2483, -0.11526, -7.9252],
+pub(super) const ANY_LEFT: [[f64; 10]; 3] = [
+    [-0.11789, 1.0316, -3.4804, 0.0, 0.0, 0.0, 0.0, 2.6199, -0.93492, 6.9775],
+    [-0.30612, 1.0419, 3.5469, 0.0, 0.0, 0.0, 0.0, 3.0504, -0.42183, -7.3675],
+    [-0.038696, 1.0048, 5.6575, 0.0, 0.0, 0.0, 0.0, 1.2483, -0.11526, -7.9252],
+];
+
+/// `ANY_LEFT` before the query.
+pub(super) const ANY_BEFORE: [[f64; 10]; 3] = [
+    [-0.11789, 1.0316, -3.4804, 0.0, 0.0, 0.0, 0.0, 2.6199, -0.93492, 6.9775],
+    [-0.30612, 1.0419, 3.5469, 0.0, 0.0, 0.0, 0.0, 3.0504, -0.42183, -7.3675],
+    [-0.038696, 1.0048, 5.6575, 0.0, 0.0, 0.0, 0.0, 1.2483, -0.11526, -7.9252],
 ];
 
 /// Quantiles of log2 (BV tests of a query / BV tests of the query in the frame before).
@@ -75,7 +89,7 @@ pub(super) const BASE_RATE: f64 = 0.59532;
 pub(super) const RECALL: [f64; 9] = [0.24755, -0.59158, 0.27036, -0.073537, 0.48435, -0.031655, -0.14588, -0.66470, 0.13313];
 
 /// Logit of the recall of queries that trace curves: weights of `tracing_features`.
-pub(super) const RECALL_TRACING: [f64; 13] = [2.7915, -0.71107, 0.32200, -0.0068241, -0.20890, 0.013899, 0.46217, -0.0092937, 1.0719, -3.1585, 1.0856, -2.0559, 0.29183];
+pub(super) const RECALL_TRACING: [f64; 16] = [2.7915, -0.71107, 0.32200, -0.0068241, -0.20890, 0.013899, 0.46217, -0.0092937, 1.0719, -3.1585, 1.0856, -2.0559, 0.29183, 0.0, 0.0, 0.0];
 
 /// Quantiles of log2 of the work left in a distance query without a limit: for each, the weights of
 /// `closing_features`.
@@ -114,3 +128,21 @@ pub(super) const MOTION_LEFT: [[f64; 9]; 3] = [
 
 /// Quantiles of log2 (work of a motion query / work of the query for the motion before).
 pub(super) const MOTION_AFTER: [f64; 3] = [-0.42837, -0.26026, 2.0847];
+
+/// Quantiles of log2 of the work left in a contact query: for each, the weights of
+/// `listing_features`.
+pub(super) const CONTACTS_LEFT: [[f64; 7]; 3] = [[0.0; 7]; 3];
+
+/// `CONTACTS_LEFT` of a manifold query.
+pub(super) const MANIFOLDS_LEFT: [[f64; 7]; 3] = [[0.0; 7]; 3];
+
+/// Quantiles of log2 of the work left for each ray of a batch, before one is done: for each, the
+/// weights of `single_features`.
+pub(super) const RAY_WORK: [[f64; 5]; 3] = [[0.0; 5]; 3];
+
+/// `RAY_WORK` of points.
+pub(super) const POINT_WORK: [[f64; 5]; 3] = [[0.0; 5]; 3];
+
+/// Quantiles of log2 of the work left in a batch over the mean of those done times those left: for
+/// each, the weights of `batch_features`.
+pub(super) const BATCH_LEFT: [[f64; 3]; 3] = [[0.0; 3]; 3];

@@ -17,6 +17,7 @@ use super::strategy::Strategy;
 use super::traversal::traverse;
 use super::triangle_pairs::ids;
 use super::workspace::{Asked, Key, Workspace};
+use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::Pose;
@@ -46,7 +47,7 @@ use punctual_geom::Pose;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Distance {
-    b_in_a: Pose,
+    pub(super) b_in_a: Pose,
     pub(super) options: DistanceOptions,
     ceiling: f64,
 }
@@ -275,6 +276,8 @@ impl Ask<Distance> for Query<'_, Distance> {
             let is_whole = stop.is_final() && !workspace.search.interval.has_limit();
             let work = is_whole.then(|| workspace.work());
             memory.remember_distance(trees, b_in_a, &workspace.search.interval, work);
+            let tag = || self.tag();
+            memory.learn(self.sought(), tag, workspace.work(), stop.is_final());
         }
         stop
     }
@@ -308,6 +311,14 @@ impl Ask<Distance> for Query<'_, Distance> {
             closer,
             within,
         }
+    }
+
+    fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        let estimate = self.estimate(workspace, memory);
+        (
+            estimate.map_or_else(|_| Quantiles::default(), |estimate| estimate.remaining),
+            None,
+        )
     }
 }
 

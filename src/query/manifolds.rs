@@ -8,13 +8,15 @@
 use super::budget::Budget;
 use super::contained::Operand;
 use super::deadline::Deadline;
-use super::memory::PairMemory;
+use super::memory::{PairMemory, Sought, tag};
 use super::options::{ContactOptions, OptionError};
 use super::outcome::StopReason;
 use super::overlaps;
 use super::question::{Ask, Query, Question, Remembers};
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::manifold::{Before, Manifold, ManifoldMemory, Shape, number};
+use crate::model::listing::manifolds_left;
+use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
 use core::mem;
 use punctual_geom::Pose;
@@ -136,6 +138,11 @@ impl<'t> Query<'t, Manifolds> {
         }
     }
 
+    /// Identifies this query to the memory of its pair.
+    fn tag(&self) -> u32 {
+        tag(Sought::Manifolds, self.asked.b_in_a.to_row_major())
+    }
+
     fn size(&self) -> f64 {
         self.a.size().min(self.b.size())
     }
@@ -189,11 +196,13 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
     fn advance(
         &self,
         workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
+        mut memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
         let is_new = mem::replace(&mut workspace.reduction.is_new, false);
-        let memory = memory.map(|memory| memory.manifolds([self.a, self.b], is_new));
+        let known = memory
+            .as_deref_mut()
+            .map(|memory| memory.manifolds([self.a, self.b], is_new));
         let to_b = self.asked.b_in_a.inverse_unchecked();
         let mut stop = StopReason::Finished;
         if !workspace.reduction.is_listed {
@@ -201,14 +210,18 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             workspace.reduction.is_listed = stop.is_final();
         }
         if stop.is_final() && !workspace.overlaps.is_done() {
-            let before = Before::new(memory.as_deref(), &to_b, self.size());
+            let before = Before::new(known.as_deref(), &to_b, self.size());
             stop = overlaps::advance(self.shape(), before, workspace, deadline);
         }
         if stop == StopReason::Finished && !workspace.overlaps.meets() && self.may_contain() {
             stop = self.ask_containment(&self.asked.b_in_a, workspace, deadline);
         }
         workspace.run.stopped = !stop.is_final();
-        self.tell(workspace, memory, &to_b, stop);
+        self.tell(workspace, known, &to_b, stop);
+        if let Some(memory) = memory {
+            let tag = || self.tag();
+            memory.learn(Sought::Manifolds, tag, workspace.work(), stop.is_final());
+        }
         stop
     }
 
@@ -229,5 +242,20 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             nearest: nearest.map(|(pair, distance)| (ids(pair), distance)),
             within: workspace.run.containment.inner(),
         }
+    }
+
+    fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        let model = manifolds_left(&self.listing(workspace));
+        let known = memory.filter(|memory| workspace.run.stopped && memory.is_of(self.a, self.b));
+        let tell = |memory: &PairMemory| {
+            memory.tell(
+                Sought::Manifolds,
+                self.tag(),
+                workspace.work() as f64,
+                model,
+                || None,
+            )
+        };
+        (known.map_or(model, tell), None)
     }
 }

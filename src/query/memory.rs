@@ -8,9 +8,12 @@ use super::queue::PATHS;
 use super::workspace::Workspace;
 use crate::contact::manifold::ManifoldMemory;
 use crate::model::confidence::History;
+use crate::model::prediction::Quantiles;
+use crate::model::tracker::Tracker;
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use punctual_geom::Pose;
 
 /// Maximum number of witnesses of [`Mode::Any`] that are remembered and tested before anything
@@ -20,12 +23,86 @@ pub(super) const WITNESSES: usize = 8;
 /// Number of frames over which the change rate is averaged.
 const FRAMES_OF_RATE: f64 = 20.0;
 
-/// The kind of query whose work is remembered.
+/// What is predicted of queries, each tracked for itself: BV tests and work of an intersection, work
+/// of all others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Sought {
     Distance,
+    /// A distance query with a limit.
+    Closer,
     Motion,
+    Manifolds,
+    TestsOfAny,
+    TestsOfAll,
+    WorkOfAny,
+    WorkOfAll,
+}
+
+const KINDS: usize = 8;
+
+impl Sought {
+    pub fn tests(mode: Mode) -> Self {
+        match mode {
+            Mode::Any => Self::TestsOfAny,
+            Mode::All => Self::TestsOfAll,
+        }
+    }
+
+    pub fn work(mode: Mode) -> Self {
+        match mode {
+            Mode::Any => Self::WorkOfAny,
+            Mode::All => Self::WorkOfAll,
+        }
+    }
+
+    /// The place of its predictions among those that wait, by stage.
+    fn place(self) -> [usize; 2] {
+        match self {
+            Self::WorkOfAny | Self::WorkOfAll => [2, 3],
+            _ => [0, 1],
+        }
+    }
+}
+
+/// Identifies a query among those of a pair: what it asks, and the numbers of its pose or motion.
+pub(super) fn tag(sought: Sought, numbers: impl IntoIterator<Item = f64>) -> u32 {
+    let fold = |hash: u64, x: f64| {
+        (hash.rotate_left(25) ^ x.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+    };
+    (numbers.into_iter().fold(sought as u64, fold) >> 32) as u32 | 1
+}
+
+/// A prediction of the model that waits for its outcome: the [`tag`] of its query (0 if none), the
+/// work done by then, and three quantiles of the work left; all but the first as `f32`. It is
+/// written through a shared reference, because predicting needs no exclusive one.
+#[derive(Debug, Default)]
+struct Pending([AtomicU32; 5]);
+
+impl Pending {
+    fn set(&self, tag: u32, used: f64, Quantiles { p10, p50, p90 }: Quantiles) {
+        let numbers = [used, p10, p50, p90].map(|x| (x as f32).to_bits());
+        for (word, value) in self.0.iter().zip([tag].into_iter().chain(numbers)) {
+            word.store(value, Relaxed);
+        }
+    }
+
+    fn words(&self) -> [u32; 5] {
+        self.0.each_ref().map(|word| word.load(Relaxed))
+    }
+}
+
+impl Clone for Pending {
+    fn clone(&self) -> Self {
+        Self(self.words().map(AtomicU32::new))
+    }
+}
+
+/// What waits is no part of what is remembered.
+impl PartialEq for Pending {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// The state before a call.
@@ -72,6 +149,10 @@ pub struct PairMemory {
     last_bv_tests: Option<(Mode, u64)>,
     /// Work of the last finished distance or motion query.
     last_work: Option<(Sought, u64)>,
+    /// For each [`Sought`] and stage: of predictions before a query, and after a part of it.
+    trackers: [[Tracker; 2]; KINDS],
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pending: [Pending; 4],
     frames_undecided: u32,
     #[cfg_attr(feature = "serde", serde(deserialize_with = "rate"))]
     change_rate: Option<f64>,
@@ -116,6 +197,8 @@ impl PairMemory {
             last_verdict: None,
             last_bv_tests: None,
             last_work: None,
+            trackers: [[Tracker::default(); 2]; KINDS],
+            pending: Default::default(),
             frames_undecided: 0,
             change_rate: None,
         }
@@ -139,13 +222,56 @@ impl PairMemory {
             .map(|(_, bv_tests)| bv_tests)
     }
 
-    /// Work of the last finished distance or motion query of this pair; `None` if it was of the
-    /// other kind.
-    pub(super) fn last_work_of(&self, sought: Sought, a: &Tree, b: &Tree) -> Option<u64> {
-        let of_pair = self.last_work.filter(|_| self.is_of(a, b));
-        of_pair
+    /// Work of the last finished distance or motion query; `None` if it was of the other kind.
+    pub(super) fn last_work_of(&self, sought: Sought) -> Option<u64> {
+        self.last_work
             .filter(|(of, _)| *of == sought)
             .map(|(_, work)| work)
+    }
+
+    /// The quantiles of the work left in a query of this pair, from those of the model for a query
+    /// that has done `used`. Once the query has ended, the memory learns from them
+    /// ([`Self::learn`]). `after` are those of a whole query after the one before, if there was
+    /// one; they are told before a query while nothing is learned.
+    pub(super) fn tell(
+        &self,
+        sought: Sought,
+        tag: u32,
+        used: f64,
+        model: Quantiles,
+        after: impl FnOnce() -> Option<Quantiles>,
+    ) -> Quantiles {
+        let stage = usize::from(used > 0.0);
+        self.pending[sought.place()[stage]].set(tag, used, model);
+        let tracker = &self.trackers[sought as usize][stage];
+        let after = (stage == 0 && tracker.is_new()).then(after).flatten();
+        after.unwrap_or_else(|| tracker.told(model))
+    }
+
+    /// Learns from a call of a query that has done this much by now. `tag` is that of the query.
+    #[inline]
+    pub(super) fn learn(
+        &mut self,
+        sought: Sought,
+        tag: impl Fn() -> u32,
+        done: u64,
+        is_finished: bool,
+    ) {
+        let trackers = &mut self.trackers[sought as usize];
+        for (place, tracker) in sought.place().into_iter().zip(trackers) {
+            let pending = &mut self.pending[place];
+            let [of, numbers @ ..] = pending.words();
+            if of == 0 || of != tag() {
+                continue;
+            }
+            let [used, p10, p50, p90] = numbers.map(|bits| f64::from(f32::from_bits(bits)));
+            let model = Quantiles { p10, p50, p90 };
+            // A query whose answer was known does not show the work of a search.
+            let has_learned = done > 0 && tracker.learn(model, done as f64 - used, is_finished);
+            if has_learned || is_finished {
+                *pending = Pending::default();
+            }
+        }
     }
 
     /// Number of frames since the verdict was last decided.

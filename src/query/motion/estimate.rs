@@ -3,7 +3,7 @@
 use super::Impact;
 use crate::model::passing::{self, Passing};
 use crate::model::prediction::Quantiles;
-use crate::query::memory::{PairMemory, Sought};
+use crate::query::memory::{PairMemory, Sought, tag};
 use crate::query::question::Query;
 use crate::query::workspace::{ResumeError, Workspace};
 use glam::DVec3;
@@ -71,8 +71,30 @@ impl Query<'_, Impact> {
     }
 
     fn work_left(&self, passing: &Passing, memory: Option<&PairMemory>) -> Quantiles {
-        let previous =
-            memory.and_then(|memory| memory.last_work_of(Sought::Motion, self.a, self.b));
-        passing::work_left(passing, previous.map(|work| work as f64))
+        let model = passing::work_left(passing);
+        let Some(memory) = memory.filter(|memory| memory.is_of(self.a, self.b)) else {
+            return model;
+        };
+        let after = || {
+            let previous = memory.last_work_of(Sought::Motion)?;
+            Some(passing::work_after(previous as f64))
+        };
+        memory.tell(Sought::Motion, self.tag(), passing.work, model, after)
+    }
+
+    /// Identifies this query to the memory of its pair.
+    pub(super) fn tag(&self) -> u32 {
+        let options = &self.asked.options;
+        let motions = options.of_a.iter().chain([&options.of_b]);
+        let numbers = motions.flat_map(|motion| {
+            let [way, turn] = [motion.velocity(), motion.turn()].map(|v| v.to_array());
+            motion
+                .start()
+                .to_row_major()
+                .into_iter()
+                .chain(way)
+                .chain(turn)
+        });
+        tag(Sought::Motion, numbers)
     }
 }

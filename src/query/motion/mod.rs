@@ -13,11 +13,12 @@ mod sweep;
 mod windows;
 
 use crate::model::cost::WORK_PER_SUBSTEP;
+use crate::model::prediction::Quantiles;
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
 use crate::query::contained::Operand;
 use crate::query::deadline::Deadline;
-use crate::query::memory::PairMemory;
+use crate::query::memory::{PairMemory, Sought};
 use crate::query::options::{MotionOptions, OptionError, thickness};
 use crate::query::outcome::StopReason;
 use crate::query::question::{Ask, Certify, Query, Question, Remembers};
@@ -332,6 +333,8 @@ impl Ask<Impact> for Query<'_, Impact> {
             let contact = workspace.motion.contact();
             let work = stop.is_final().then_some(workspace.work());
             memory.remember_motion(self.a, self.b, contact.map(|contact| contact.pair), work);
+            let tag = || self.tag();
+            memory.learn(Sought::Motion, tag, workspace.work(), stop.is_final());
         }
         stop
     }
@@ -354,6 +357,10 @@ impl Ask<Impact> for Query<'_, Impact> {
             triangles: contact.map(|contact| ids([self.a, self.b], contact.pair)),
             within,
         }
+    }
+
+    fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        (self.estimate(workspace, memory).unwrap_or_default(), None)
     }
 }
 
