@@ -3,13 +3,16 @@
 use punctual::clock::ManualClock;
 use punctual::engine::{Ask, Question};
 use punctual::internals::Listing;
-use punctual::{Answer, Budget, Query, StopReason, Workspace};
+use punctual::{Budget, Query, StopReason, Workspace};
 
 use super::cases::Case;
 use super::sample::{STOPS, THINNED};
 
 /// Margins and skins that are asked about, relative to A's size.
 const MARGINS: [f64; 2] = [0.0, 0.01];
+
+/// Room for contacts; queries that find more are left out.
+const ROOM: usize = 1 << 17;
 
 /// One in so many poses is asked about.
 const THINNED_POSES: usize = 3;
@@ -29,6 +32,7 @@ pub struct Moment {
 /// Some poses of a case, with all margins, at all moments.
 pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
     let mut workspace = Workspace::new();
+    workspace.reserve_contacts(ROOM);
     let mut moments = Vec::new();
     let thinned = if case.is_motion {
         THINNED
@@ -66,32 +70,17 @@ fn sample<'t, Q: Question>(
 ) where
     Query<'t, Q>: Ask<Q>,
 {
-    let total = run(query, workspace, Budget::unlimited()).stats.work as f64;
+    let clock = ManualClock::new();
+    let whole = query.run(workspace, Budget::unlimited().clock(&clock));
+    if !whole.stop.is_final() {
+        return;
+    }
+    let total = whole.stats.work as f64;
     for stop in [0.0].into_iter().chain(STOPS) {
-        let answer = run(query, workspace, Budget::work((stop * total) as u64));
+        let budget = Budget::work((stop * total) as u64);
+        let answer = query.run(workspace, budget.clock(&clock));
         if answer.stop == StopReason::WorkLimit {
             add(stop, query.listing(workspace), total);
         }
     }
-}
-
-/// One run, however often the list of contacts fills.
-fn run<'t, Q: Question>(
-    query: &Query<'t, Q>,
-    workspace: &mut Workspace,
-    budget: Budget,
-) -> Answer<Q::Value>
-where
-    Query<'t, Q>: Ask<Q>,
-{
-    let clock = ManualClock::new();
-    let mut answer = query.run(workspace, budget.clock(&clock));
-    while answer.stop == StopReason::PairsFull {
-        workspace.drain_contacts().for_each(drop);
-        match query.resume(workspace, Budget::unlimited().clock(&clock)) {
-            Ok(next) => answer = next,
-            Err(_) => break,
-        }
-    }
-    answer
 }
