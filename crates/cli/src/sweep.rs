@@ -277,7 +277,7 @@ fn write_report(
         serde_json::to_string_pretty(&summary)? + "\n",
     )?;
 
-    let page = page::page(cases, &args.out, intro(cases, total, args.quick, &machine))?;
+    let page = page::page(cases, &args.out, intro(cases, total, args, &machine))?;
     report::write(&args.out.join("index.html"), page.html())?;
     let figure = |name: String| work.get(&name).copied().unwrap_or(f64::NAN);
     if !args.distance_only {
@@ -354,10 +354,10 @@ fn tell_of_intersections(
     Ok(())
 }
 
-fn intro(cases: &[Measurement], total: usize, quick: bool, machine: &str) -> Vec<String> {
+fn intro(cases: &[Measurement], total: usize, args: &Args, machine: &str) -> Vec<String> {
     let poses: usize = cases.iter().map(|case| case.strata.len()).sum();
     let hits: usize = cases.iter().map(Measurement::hits).sum();
-    let (_, most) = effort(quick);
+    let (_, most) = effort(args.quick);
     let mut intro = vec![
         "A collision query has a budget, and stops when it is spent. This page shows what it knows by then: whether two meshes \
          touch, which of their triangles do, and how far apart they are, for several orders in which pairs of boxes can be visited. Everything \
@@ -378,13 +378,21 @@ fn intro(cases: &[Measurement], total: usize, quick: bool, machine: &str) -> Vec
          memory\" takes the poses for frames of a motion and begins with what it remembers of the last one, which can be sooner."
             .to_owned(),
     ];
+    if args.cases.iter().any(|path| is_mesh(path)) {
+        intro.push(
+            "The poses of two mesh files were made: the turned mesh comes from outside on random lines, with seven \
+             poses on each, 5, 2, .5 and .1 % of the smaller mesh past the first touch and .1, .5 and 2 % before it, and poses \
+             at random where the balls around the meshes overlap. They are the same in every run."
+                .to_owned(),
+        );
+    }
     if cases.len() < total {
         intro.push(format!(
             "Interrupted: {} of {total} cases were finished, and only they are shown.",
             cases.len()
         ));
     }
-    if quick {
+    if args.quick {
         intro.push("A quick report: few poses, small meshes, more noise.".to_owned());
     }
     intro

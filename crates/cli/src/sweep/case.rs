@@ -76,6 +76,8 @@ impl Case {
             Ok::<_, Failure>(mesh)
         });
         let stem = |file: &Path| {
+            let file = file.file_name().unwrap_or_default().to_string_lossy();
+            let file = Path::new(file.trim_end_matches(".gz"));
             file.file_stem()
                 .unwrap_or_default()
                 .to_string_lossy()

@@ -400,6 +400,7 @@ fn two_meshes_are_a_case() {
     assert_eq!((answer.status, answer.err.as_str()), (0, ""));
     let page = folder.read("one/index.html");
     assert!(page.contains("1 case of two meshes, 32 poses,"), "{page}");
+    assert!(page.contains("The poses of two mesh files were made:"));
     let first = page.find("<svg").unwrap();
     let heading = page[..first].rfind("What is known when the time is up?");
     assert!(heading.is_some());
