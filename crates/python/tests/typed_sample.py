@@ -76,7 +76,7 @@ moving = p.MotionQuery(ball, mesh, velocity=point.astype(np.float32), turn=(0, 0
 moving.run(work=two), moving.predict(), moving.estimate(), moving.certificate()
 push = p.penetration(ball, mesh, pose, push_only=True, work=10_000)
 assert_type(push.T, Union[NDArray[np.float64], None])
-depth = p.penetration(ball, mesh, pose, solid=True, relative_tolerance=third, work=two)
+depth = p.penetration(ball, mesh, pose, solid=False, relative_tolerance=third, work=two)
 assert_type(depth.direction, Union[NDArray[np.float64], None])
 hits = p.rays(mesh, np.zeros((3, 3)), point, t_min=third, t_max=two, mode="all")
 p.rays(ball, flat, [flat, flat]), p.rays(ball, [flat, flat], ends=np.ones((2, 3), np.float32), budget=third)
