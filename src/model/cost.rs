@@ -56,7 +56,6 @@ pub(crate) const WORK_PER_CONTACT: u64 = 100;
 pub(crate) const WORK_PER_CURVE_PAIR: u64 = 150;
 pub(crate) const WORK_PER_REGION_TRIANGLE: u64 = 100;
 
-
 /// Work of discarding a pair that needs neither opening nor a test, and of looking up a pair of
 /// leaves in a table.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;

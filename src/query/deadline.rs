@@ -42,8 +42,8 @@ pub struct Deadline<'c> {
     slowest: [f64; 2],
     /// The work until the next reading is the safe work divided by this.
     stretch: u64,
-    /// Time of the last reading before any work, and the work since. The time before is no measure
-    /// of the pace.
+    /// Time of the first reading, and the work since. A later reading before any work takes its
+    /// place: the time before is no measure of the pace.
     first_look: Option<Duration>,
     done: u64,
     /// Work of the current query when `left` and `safe` were last updated, and at which the stop
@@ -56,7 +56,8 @@ pub struct Deadline<'c> {
 }
 
 impl<'c> Deadline<'c> {
-    /// The end of a budget that begins now.
+    /// The end of a budget that begins now. Its start counts as the first reading, unless the
+    /// budget is so short that it may end before the first step.
     #[inline(always)]
     pub fn of(budget: ClockedBudget<'c>) -> Self {
         let (budget, clock) = budget.parts();
@@ -64,11 +65,23 @@ impl<'c> Deadline<'c> {
         let end = started
             .zip(budget.time)
             .map(|(now, limit)| now.saturating_add(limit));
+        let left = budget.work.unwrap_or(u64::MAX);
+        let poll_interval = budget.poll_interval.max(1);
+        let first = budget.time.map_or(u64::MAX, |limit| {
+            (nanoseconds(limit) / SLOWEST_UNIT) as u64 / FIRST_TO_SLOWEST
+        });
+        let (safe, first_look) = if first < poll_interval {
+            (0, None)
+        } else {
+            (first.min(BETWEEN_LOOKS), started)
+        };
         Self {
             started,
-            poll_interval: budget.poll_interval.max(1),
+            first_look,
+            safe,
+            poll_interval,
             reserve: 0,
-            ..Self::at(end, budget.work.unwrap_or(u64::MAX), clock)
+            ..Self::at(end, left, clock)
         }
     }
 

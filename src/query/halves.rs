@@ -3,7 +3,8 @@
 //! If many triangles are at nearly equal distance, as in nested or parallel sheets, boxes cannot
 //! distinguish them, and a search tests all their pairs: quadratic. If the surfaces lie on two
 //! sides of a slab across the line between the closest points, one pass over all vertices ends the
-//! search. So it does for a search of intersections, across the normal of a triangle in doubt. The pass starts when the search has done so much work that the pass adds next to
+//! search. So it does for a search of intersections, along the normal of a triangle in doubt; there
+//! the work is that of exact tests. The pass starts when the search has done so much work that the pass adds next to
 //! nothing, and again when it has done twice as much.
 
 use crate::model::cost::MAX_STEP_WORK;

@@ -116,8 +116,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
             run: Run { stats, .. },
             ..
         } = &mut *self.workspace;
-        let halves = search.halves(trees);
-        if stats.found > 0 || !halves.is_due(stats.work) {
+        let (halves, work) = (search.halves(trees), stats.exact_tests * WORK_PER_EXACT_TEST);
+        if stats.found > 0 || !halves.is_due(work) {
             return false;
         }
         let towards = || {
@@ -125,7 +125,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
             let normal = face_normal(a).unwrap_or_default();
             normal * normal.dot(b[0] - a[0]).signum()
         };
-        let (taken, gap) = halves.look(trees, b_in_a, towards, stats.work);
+        let (taken, gap) = halves.look(trees, b_in_a, towards, work);
         stats.work += taken;
         self.deadline.allow_for_long_step();
         if gap.is_some() {

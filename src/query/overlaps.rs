@@ -25,7 +25,8 @@ use super::workspace::Workspace;
 use crate::contact::manifold::{Before, Manifold, Octagon, Shape, Skin};
 use crate::contact::{directed, face_normal};
 use crate::model::cost::{
-    MAX_DISTANCE_STEP_WORK, WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST, WORK_PER_REGION_TRIANGLE,
+    MAX_DISTANCE_STEP_WORK, WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST,
+    WORK_PER_REGION_TRIANGLE,
 };
 use crate::sets::{find, unite};
 use crate::tree::Tree;

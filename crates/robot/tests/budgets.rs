@@ -26,10 +26,13 @@ fn chain(joints: usize) -> Checker {
         .map(link)
         .chain((0..joints).map(joint))
         .collect();
-    let file = std::env::temp_dir().join(format!(
-        "punctual-chain-{joints}-{}.urdf",
-        std::process::id()
-    ));
+    // Tests run at the same time.
+    let name = format!(
+        "punctual-{}-{:?}.urdf",
+        std::process::id(),
+        std::thread::current().id()
+    );
+    let file = std::env::temp_dir().join(name);
     std::fs::write(&file, format!("<robot name=\"chain\">{text}</robot>")).unwrap();
     let model = Model::from_urdf(&file, &UrdfOptions::default()).unwrap();
     std::fs::remove_file(file).unwrap();
@@ -57,9 +60,9 @@ fn configurations(joints: usize) -> Vec<Vec<f64>> {
         .collect()
 }
 
-fn decided(joints: usize, budget: Budget, clock: &dyn Clock) -> usize {
-    // A new checker each time, because it learns.
-    let mut checker = chain(joints);
+fn decided(fresh: &Checker, joints: usize, budget: Budget, clock: &dyn Clock) -> usize {
+    // A copy, because it learns.
+    let mut checker = fresh.clone();
     let mut is_decided = |q: &Vec<f64>| {
         let said = checker.collide(q, budget.clock(clock)).unwrap();
         said.value != Collision::Undecided
@@ -73,12 +76,13 @@ fn decided(joints: usize, budget: Budget, clock: &dyn Clock) -> usize {
 #[test]
 fn twice_the_time_never_leaves_more_configurations_undecided() {
     for joints in [7, 20, 50, 100] {
+        let fresh = chain(joints);
         for reading in [20, 300, 1_000] {
             let counts: Vec<usize> = (0..14)
                 .map(|i| {
                     let clock = ManualClock::ticking(Duration::from_nanos(reading));
                     let budget = Budget::time(Duration::from_nanos(1_000 << i));
-                    decided(joints, budget, &clock)
+                    decided(&fresh, joints, budget, &clock)
                 })
                 .collect();
             assert!(
@@ -87,7 +91,7 @@ fn twice_the_time_never_leaves_more_configurations_undecided() {
             );
         }
         let counts: Vec<usize> = (0..20)
-            .map(|i| decided(joints, Budget::work(100 << i), &ManualClock::new()))
+            .map(|i| decided(&fresh, joints, Budget::work(100 << i), &ManualClock::new()))
             .collect();
         assert!(
             counts.is_sorted() && counts[19] == 24,
@@ -109,8 +113,16 @@ impl Clock for Own {
 #[test]
 fn no_budget_decides_nothing_where_half_of_it_decides_half() {
     for joints in [7, 20, 50, 100] {
+        let fresh = chain(joints);
         let counts: Vec<usize> = (0..14)
-            .map(|i| decided(joints, Budget::time(Duration::from_nanos(1_000 << i)), &Own))
+            .map(|i| {
+                decided(
+                    &fresh,
+                    joints,
+                    Budget::time(Duration::from_nanos(1_000 << i)),
+                    &Own,
+                )
+            })
             .collect();
         for two in counts.windows(2) {
             assert!(two[1] + 4 >= two[0], "{joints} joints: {counts:?}");
