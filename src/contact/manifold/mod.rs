@@ -207,9 +207,9 @@ impl<T: Copy> Octagon<T> {
 /// Distances that differ by less than this, relative to the extent, count as equal.
 const ROUNDING: f64 = 1e-9;
 
-/// Points this close, relative to their coordinates, count as one: where edges cross, each pair of
-/// triangles beside them finds the same point, up to rounding.
-const ONE_PLACE: f64 = 1e-6;
+/// Points this close, relative to the extent and to their coordinates, count as one: where edges
+/// cross, each pair of triangles beside them finds the same point, up to rounding.
+const ONE_PLACE: [f64; 2] = [1e-6, 1e-9];
 
 /// A candidate that stays from the frame before counts as the deepest if it is less deep by no more
 /// than this, relative to the extent.
@@ -219,8 +219,8 @@ const EVEN: f64 = 1e-3;
 const STAY: f64 = 1.5;
 
 /// The indices of at most four of these points: the one with the least distance, then those that
-/// keep the bodies apart where the chosen ones do not. Of equal ones, and of those whose distances
-/// differ by rounding, the first. Those that `stay` (bits) are preferred, so that the choice does
+/// keep the bodies apart where the chosen ones do not. Of those whose distances differ by rounding,
+/// the one farthest from the middle; of equal ones the first. Those that `stay` (bits) are preferred, so that the choice does
 /// not change with small motions.
 ///
 /// While the chosen points stay apart, a body that turns by at most `tilt` (radians) sinks in at a
@@ -249,11 +249,20 @@ pub(crate) fn choose(
     let stays = |i: usize| stay.checked_shr(i as u32).is_some_and(|bits| bits & 1 != 0);
     let all = || candidates.iter().enumerate();
     let mut even = all().filter(|&(i, point)| stays(i) && point.distance <= least + EVEN * extent);
-    let mut deep = all().filter(|(_, point)| point.distance <= least + ROUNDING * extent);
-    let deepest = even.next().or(deep.next()).map_or(0, |(i, _)| i);
+    let deep = all().filter(|(_, point)| point.distance <= least + ROUNDING * extent);
+    let middle = candidates.iter().map(lift).sum::<DVec3>() / candidates.len() as f64;
+    let outermost = deep.fold((0, -1.0), |best, (i, point)| {
+        let out = (lift(point) - middle).truncate().length();
+        if out > best.1 + ROUNDING * extent {
+            (i, out)
+        } else {
+            best
+        }
+    });
+    let deepest = even.next().map_or(outermost.0, |(i, _)| i);
     let mut chosen: ArrayVec<usize, POINTS> = [deepest].into_iter().collect();
     let mut corners: ArrayVec<DVec3, POINTS> = [lift(&candidates[deepest])].into_iter().collect();
-    let least_gain = tilt * ONE_PLACE * (extent + first.middle().length());
+    let least_gain = tilt * (ONE_PLACE[0] * extent + ONE_PLACE[1] * first.middle().length());
     while chosen.len() < POINTS {
         let (mut most, mut best) = (least_gain, None);
         for (i, point) in all() {

@@ -1,6 +1,6 @@
 //! Reduces pairs of triangles that are apart, as a query lists them: one pass, no list.
 //!
-//! Points with normals within 45 degrees share a cone. Of a cone only the nearest point is kept,
+//! Points with normals within 47 degrees share a cone. Of a cone only the nearest point is kept,
 //! and the farthest along eight directions across its axis. Where the normal of a pair is that of
 //! one of its faces, the other triangle is cut to the prism over that face ([`clip`]), so the
 //! corners of the common area are points too, although the query finds one point of each pair.
@@ -19,19 +19,21 @@ use glam::DVec3;
 use punctual_geom::triangle::distance::{Closest, Places};
 use punctual_geom::{Pose, larger};
 
-/// Cosine of the widest angle between the axis of a cone and its normals.
-const CONE: f64 = core::f64::consts::FRAC_1_SQRT_2;
+/// Cosine of the widest angle, 47 degrees, between the axis of a cone and its normals, and its sine.
+/// More than 45, so that edges that lie on each other beside two faces have the cone of the faces.
+const CONE: f64 = 0.682;
+const ACROSS_CONE: f64 = 0.732;
 
-/// Squared cosines of 50 and of 40 degrees: a normal within 5 degrees of one closer to an axis than
+/// Squared cosines of 52 and of 42 degrees: a normal within 5 degrees of one closer to an axis than
 /// this may be, and is, in the cone.
-const MAY_JOIN: f64 = 0.413;
-const JOINS: f64 = 0.587;
+const MAY_JOIN: f64 = 0.379;
+const JOINS: f64 = 0.5525;
 
 /// Squared cosine of an angle of 84 degrees: a normal within 5 degrees of one closer to the inner
 /// side of a face is on that side.
 const BEHIND: f64 = 0.01;
 
-/// Room for cones. Each axis is more than 45 degrees from those before, and of 24 points on a sphere
+/// Room for cones. Each axis is more than 47 degrees from those before, and of 24 points on a sphere
 /// two are no farther apart than 43.7 degrees.
 const CONES: usize = 24;
 
@@ -110,12 +112,15 @@ pub(crate) struct Skin {
     cones: Vec<Cone>,
 }
 
-/// The points whose normals are within 45 degrees of an axis.
+/// The points whose normals are within 47 degrees of an axis.
 #[derive(Clone, Debug)]
 struct Cone {
     axis: DVec3,
     /// Infinitely far as long as there is no point.
     nearest: ManifoldPoint,
+    /// The distance of the nearest, and `reach` more if it is on no face: where edges lie on each
+    /// other, the direction across both has no more to it than how B is drawn in.
+    rank: f64,
     farthest: Octagon<ManifoldPoint>,
     /// Sum of the areas that faces have in common, and of their middles weighted by them.
     area: f64,
@@ -187,21 +192,20 @@ impl Skin {
             let way = if side == 0 { -normal } else { normal };
             let point = point.points[side];
             let feature = Feature::at(point, corners[side]);
-            !goes_on(shape, side, pair[side], feature, |place| {
-                let (step, least) = (place - point, FLAT * FLAT);
-                is_along(step, way, least)
-            })
+            let falls = |place| is_along(place - point, way, FLAT * FLAT);
+            !goes_on(shape, side, pair[side], feature, falls)
+                && out(shape, side, pair[side], feature).dot(way) > -FLAT
         };
         if share(face) > FACE && (share(1 - face) > FACING || is_least(1 - face)) {
             // From B to A.
             let of_face = faces[face].normalize() * along[face].signum();
             let normal = if face == 0 { -of_face } else { of_face };
-            self.insert(ManifoldPoint { normal, ..point });
+            self.insert(ManifoldPoint { normal, ..point }, point.distance);
             self.insert_area(corners, face, normal, Some(point.distance));
             return;
         }
         if self.gains(&point) && is_least(0) && is_least(1) {
-            self.insert(point);
+            self.insert(point, point.distance + self.reach);
             self.insert_edges(corners, point);
         }
         self.add_area(corners);
@@ -215,9 +219,9 @@ impl Skin {
     #[inline]
     pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3, nearest: f64) -> bool {
         let is_within = |cone: &Cone| {
-            // Where a normal leans by 45 degrees, its points are apart across the axis.
-            let (bonus, shift) = (-self.lean * low, CONE * low);
-            self.lean > CONE
+            // Where a normal leans by 47 degrees, its points are apart across the axis.
+            let (bonus, shift) = (-self.lean * low, ACROSS_CONE * low);
+            self.lean > ACROSS_CONE
                 && low >= NEAR * cone.nearest.distance
                 && !cone.farthest.may_gain(corners, bonus, shift)
         };
@@ -301,7 +305,7 @@ impl Skin {
             } else {
                 [point, foot]
             };
-            self.insert(ManifoldPoint::new(points, normal, height));
+            self.insert(ManifoldPoint::new(points, normal, height), height);
         }
     }
 
@@ -328,7 +332,7 @@ impl Skin {
                 for end in ends {
                     let on_a = p + u * end;
                     let points = [on_a, on_a - point.distance * point.normal];
-                    self.insert(ManifoldPoint { points, ..point });
+                    self.insert(ManifoldPoint { points, ..point }, f64::INFINITY);
                 }
             }
         }
@@ -362,6 +366,7 @@ impl Skin {
             self.cones.push(Cone {
                 axis,
                 nearest,
+                rank: f64::INFINITY,
                 farthest: Octagon::new(axis, nearest),
                 area: 0.0,
                 moment: DVec3::ZERO,
@@ -370,11 +375,12 @@ impl Skin {
         })
     }
 
-    fn insert(&mut self, point: ManifoldPoint) {
+    /// Takes a point. `rank`: see [`Cone::rank`].
+    fn insert(&mut self, point: ManifoldPoint, rank: f64) {
         let at = self.cone_for(point.normal);
         let cone = &mut self.cones[at];
-        if point.distance < cone.nearest.distance {
-            cone.nearest = point;
+        if rank < cone.rank {
+            (cone.nearest, cone.rank) = (point, rank);
         }
         let bonus = -self.lean * point.distance;
         cone.farthest.insert(point.points[0], bonus, point);
@@ -596,6 +602,36 @@ fn goes_on(
                 let vertices = tree.vertices_of(next);
                 vertices.iter().any(|&v| v != center && is_it(v))
             })
+        }
+    }
+}
+
+/// A direction to the outer side of the surface at a feature of a triangle: whichever way the
+/// surface nowhere rises from the feature, it leads out if its component along this vector is
+/// positive, and into the body if that is negative.
+fn out(shape: Shape, side: usize, triangle: u32, feature: Feature) -> DVec3 {
+    let tree = shape.trees[side];
+    let normal = |triangle| face(&shape.corners(side, triangle)).normalize_or_zero();
+    match feature {
+        Feature::Face => normal(triangle),
+        Feature::Edge(edge) => {
+            let next = tree.across(triangle, edge);
+            normal(triangle) + next.map_or(DVec3::ZERO, normal)
+        }
+        Feature::Corner(corner) => {
+            let center = tree.vertices_of(triangle)[corner];
+            let mut sum = DVec3::ZERO;
+            let mut add = |triangle| {
+                if let Some(at) = tree.vertices_of(triangle).iter().position(|&v| v == center) {
+                    let corners = shape.corners(side, triangle);
+                    let [p, q] = [1, 2].map(|k| corners[(at + k) % 3] - corners[at]);
+                    sum += p.normalize_or_zero().cross(q.normalize_or_zero());
+                }
+                false
+            };
+            add(triangle);
+            around(tree, triangle, center, add);
+            sum
         }
     }
 }

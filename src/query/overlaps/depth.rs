@@ -46,6 +46,9 @@ const NEARLY: f64 = 1.0 - 1e-6;
 const INWARD: f64 = 0.1;
 const BESIDE: f64 = 1e-9;
 
+/// Points of a curve are moved inward by at least this many lengths by which B is drawn in.
+const LEAST_INWARD: f64 = 4.0;
+
 /// Least squared sine of the angle between faces for which an area is corrected by the inset.
 const LEAST_SQUARE: f64 = 0.1;
 
@@ -271,7 +274,7 @@ impl Group {
             let along = face.dot(self.normal).abs();
             along / larger(1.0 - along * along, 0.0).sqrt()
         });
-        let past = 2.0 * depth * tilt[0].min(tilt[1]) + 4.0 * drawn.inset.step;
+        let past = 2.0 * depth * tilt[0].min(tilt[1]) + LEAST_INWARD * drawn.inset.step;
         let part = BESIDE + past / length(spot.place - self.middle());
         // NaN becomes the most.
         part.min(INWARD)
@@ -382,7 +385,7 @@ impl Overlaps {
     ) -> Result<bool, StopReason> {
         debug_assert!(self.phase == Phase::Probe);
         let group = &self.groups[at];
-        let normal = group.normal;
+        let (normal, step) = (group.normal, self.inset.step);
         let mut drawn = Drawn {
             shape,
             inset: &mut self.inset,
@@ -427,13 +430,14 @@ impl Overlaps {
             let (side, way) = [(0, -normal), (1, normal), (1, -normal), (0, normal)][ray];
             self.probing.exits[ray] = if probe.on == Some(side) {
                 // B itself is that much farther.
-                Some(if side == 1 { drawn.inset.step } else { 0.0 })
+                Some(if side == 1 { step } else { 0.0 })
             } else {
-                let line = [probe.place, way];
+                // Curves lie on faces: so a face that holds the place counts as ahead.
+                let line = [probe.place - way * step, way];
                 let hit = self.cast(shape, before.to_b, side, line, workspace, deadline)?;
                 // Beyond the depth it does not matter what follows.
                 hit.filter(|hit| ray > 1 || hit.side != Side::Front)
-                    .map(|hit| hit.t)
+                    .map(|hit| larger(hit.t - step, 0.0))
             };
             self.probing.ray += 1;
             return Ok(false);
