@@ -6,14 +6,13 @@ use std::time::{Duration, Instant};
 use punctual::clock::SystemClock;
 use punctual::contacts::{Contact, ContactBounds, Contacts, Manifold, ManifoldBounds};
 use punctual::glam::DVec3;
-use punctual::tree::Solid;
-use punctual::{BuildOptions, PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace};
+use punctual::{PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace};
 use punctual_depenetrate::PenetrationWorkspace;
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Running, parse_size, print_source};
+use crate::input::{Input, LoadedInput, Running, build_options, parse_size, print_source};
 use crate::push;
 use crate::view::{self, ViewArgs};
 
@@ -65,9 +64,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let solid = if args.solid { Solid::Keep } else { Solid::No };
-    let options = BuildOptions::default().solid(solid);
-    let LoadedInput { a, b, build, poses } = args.input.load(&options)?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&build_options(args.solid))?;
     args.input.complain_of_open([&a, &b]);
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);

@@ -184,6 +184,11 @@ pub fn complain_of_open(file: &Path, tree: &Tree) {
     }
 }
 
+/// The options of trees of meshes that are taken for solids, or for surfaces.
+pub fn build_options(solid: bool) -> BuildOptions {
+    BuildOptions::default().solid(if solid { Solid::Keep } else { Solid::No })
+}
+
 #[derive(clap::Args)]
 pub struct SolidArgs {
     /// Take both meshes for solids: where a part of one is inside the other, which is closed, they meet although their
@@ -194,8 +199,7 @@ pub struct SolidArgs {
 
 impl SolidArgs {
     pub fn options(&self) -> BuildOptions {
-        let solid = if self.solid { Solid::Keep } else { Solid::No };
-        BuildOptions::default().solid(solid)
+        build_options(self.solid)
     }
 
     /// What stands at the end of the header.

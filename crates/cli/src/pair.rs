@@ -9,12 +9,11 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use punctual::intersection::{Intersection, Order};
 use punctual::prediction::CostModel;
-use punctual::tree::Solid;
-use punctual::{BuildOptions, Mode, Pose, Query, Tree};
+use punctual::{Mode, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Running, print_source};
+use crate::input::{Input, LoadedInput, Running, build_options, print_source};
 use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
@@ -93,7 +92,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         .as_deref()
         .map(CalibrationFile::read)
         .transpose()?;
-    let LoadedInput { a, b, build, poses } = args.input.load(&args.build_options())?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&build_options(args.solid))?;
     let mut pairs_out = args
         .pairs_out
         .as_deref()
@@ -137,11 +136,6 @@ impl Args {
             ModeName::Any => Mode::Any,
             ModeName::All => Mode::All,
         }
-    }
-
-    fn build_options(&self) -> BuildOptions {
-        let solid = if self.solid { Solid::Keep } else { Solid::No };
-        BuildOptions::default().solid(solid)
     }
 
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Intersection> {

@@ -74,49 +74,26 @@ impl Report<'_> {
     /// What users get from a deadline, in one picture, also to be shown elsewhere.
     fn overview(&self) -> Chart {
         let over_time = |order, mode, feature| time_points(self.cases, order, mode, feature);
-        let distance = |order, feature| distance::line(self.cases, Kind::Time, order, feature);
         // A plain query for a first contact or a distance knows what depth-first knows.
-        let shown = [
-            (
-                0,
-                "contact detected",
-                DEFAULT,
-                over_time(DEFAULT, Mode::Any, DETECTED),
-            ),
-            (
-                0,
-                "contact detected",
-                DEPTH_FIRST,
-                over_time(DEPTH_FIRST, Mode::Any, DETECTED),
-            ),
-            (
-                1,
-                "pairs found",
-                DEFAULT,
-                over_time(DEFAULT, Mode::All, RECALL),
-            ),
-            (
-                1,
-                "pairs found",
-                DEPTH_FIRST,
-                over_time(DEPTH_FIRST, Mode::All, RECALL),
-            ),
-            (
-                1,
-                "pairs found",
-                CUT_OFF,
-                over_time(CUT_OFF, Mode::All, RECALL),
-            ),
-            (2, "distance within 10 %", DEFAULT, distance(OURS, PROVEN)),
+        let contacts =
+            [DEFAULT, DEPTH_FIRST].map(|order| (0, order, over_time(order, Mode::Any, DETECTED)));
+        let pairs = [DEFAULT, DEPTH_FIRST, CUT_OFF]
+            .map(|order| (1, order, over_time(order, Mode::All, RECALL)));
+        let distances = [
+            (DEFAULT, OURS, PROVEN),
+            (DEPTH_FIRST, DEPTH_FIRST, FINISHED),
+        ]
+        .map(|(order, name, feature)| {
             (
                 2,
-                "distance within 10 %",
-                DEPTH_FIRST,
-                distance(DEPTH_FIRST, FINISHED),
-            ),
-        ];
+                order,
+                distance::line(self.cases, Kind::Time, name, feature),
+            )
+        });
+        let shown: Vec<_> = contacts.into_iter().chain(pairs).chain(distances).collect();
         let span = time_span(shown.iter().map(|(.., points)| points));
-        let series = shown.into_iter().map(|(color, what, order, points)| {
+        let series = shown.into_iter().map(|(color, order, points)| {
+            let what = ["contact detected", "pairs found", "distance within 10 %"][color];
             let points = within(points, &span);
             let shape = match order {
                 DEPTH_FIRST => Shape::Dashed(points),
