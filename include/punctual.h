@@ -752,7 +752,7 @@ punctual_status punctual_triangle_segment(struct punctual_triangle a,
 #define PUNCTUAL_MAX_STEP_WORK 352
 
 /**
- * What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts and motions.
+ * What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts, manifolds and motions.
  */
 #define PUNCTUAL_MAX_DISTANCE_STEP_WORK 1040
 

@@ -3,22 +3,31 @@
 
 #[path = "common/allocations.rs"]
 mod allocations;
+#[path = "common/steps.rs"]
+mod steps;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use allocations::allocator_calls;
 use punctual::clock::ManualClock;
 use punctual::contacts::{ContactBounds, Contacts};
+use punctual::contacts::{ManifoldBounds, Manifolds};
 use punctual::distance::{Bounds, Distance};
 use punctual::glam::{DMat3, DVec3};
 use punctual::impact::{Impact, TimeOfImpact};
 use punctual::intersection::Intersection;
-use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use punctual::points::PointBounds;
+use punctual::prediction::{CostModel, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
 use punctual::rays::{RayBounds, RayCast, RayMode};
+use punctual::tree::Solid;
 use punctual::{
-    Answer, Budget, Mesh, Mode, Motion, Pose, Query, Ray, ResumeError, StopReason, Tree, Verdict,
-    Workspace, shapes,
+    Answer, Budget, BuildOptions, Mesh, Mode, Motion, Pose, Query, Ray, ResumeError, StopReason,
+    Tree, Verdict, Workspace, shapes,
 };
+use punctual_depenetrate::{MAX_PENETRATION_STEP_WORK, PenetrationQuery, PenetrationWorkspace};
+use punctual_scene::{Body, Scene};
+use steps::assert_step;
 
 /// Two trees, and where they are.
 struct Place {
@@ -26,9 +35,11 @@ struct Place {
     pose: Pose,
     motion: Motion,
     rays: [Ray; RAYS],
+    points: [[f64; 3]; POINTS],
 }
 
 const RAYS: usize = 20;
+const POINTS: usize = 4;
 
 impl Place {
     fn new(trees: [Tree; 2], translation: DVec3) -> Self {
@@ -37,12 +48,39 @@ impl Place {
         let rays = std::array::from_fn(|i| {
             Ray::new([-3.0, 0.1 * i as f64 - 1.0, 0.1], [1.0, 0.0, 0.05]).unwrap()
         });
+        // On the surface, inside of most meshes, and far away.
+        let corner = match trees[0].mesh() {
+            mesh if mesh.is_empty() => [0.5; 3],
+            mesh => mesh.triangle(mesh.len() - 1)[0].to_array(),
+        };
         Self {
             trees,
             pose,
             motion,
             rays,
+            points: [corner, [0.1, 0.2, 0.05], [30.0, 0.0, 0.0], [0.9, 0.3, 0.1]],
         }
+    }
+
+    /// A hull around a small one, two that meet, a solid that is open, and a large one.
+    fn solids() -> [Self; 4] {
+        let solid = |mesh| Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Keep));
+        let cube = |size: f32| solid(shapes::cuboid([size; 3], 1));
+        let ball = |detail| solid(shapes::icosphere(detail));
+        let half = {
+            let ball = shapes::icosphere(2);
+            let vertices: Vec<_> = (0..ball.vertex_count())
+                .map(|i| ball.vertex(i).to_array())
+                .collect();
+            let triangles = ball.triangles()[..ball.len() / 2].iter().copied();
+            solid(Mesh::from_f64(vertices, triangles).unwrap())
+        };
+        [
+            Self::new([cube(1.0), cube(0.2)], DVec3::new(0.1, 0.3, 0.2)),
+            Self::new([ball(2), cube(0.7)], DVec3::new(1.3, 0.4, 0.2)),
+            Self::new([half, ball(1)], DVec3::new(0.9, 0.2, 1.3)),
+            Self::new([ball(3), ball(2)], DVec3::new(2.1, 0.1, 0.2)),
+        ]
     }
 
     /// Surfaces that meet, that are close, that are too far apart for `f64`, and none.
@@ -70,6 +108,10 @@ impl Place {
         Query::contacts(&self.trees[0], &self.trees[1], self.pose).margin(0.05)
     }
 
+    fn manifolds(&self) -> Query<'_, Manifolds> {
+        Query::manifolds(&self.trees[0], &self.trees[1], self.pose).skin(0.05)
+    }
+
     fn sweep(&self) -> Query<'_, Impact> {
         Query::impact(&self.trees[0], &self.trees[1], self.motion)
     }
@@ -87,33 +129,83 @@ enum Asked {
     Distance,
     Closer,
     Contacts,
+    Manifolds,
     Motion,
     NearestHit,
+    AnyHit,
     AllHits,
+    HitFromInside,
     Batch,
+    /// About points of solids, with the number of the point.
+    Winding(usize),
+    SignedDistance(usize),
+    Windings,
+    SignedDistances,
 }
 
-const QUESTIONS: [Asked; 10] = [
+const OF_SURFACES: [Asked; 12] = [
     Asked::Any,
     Asked::All,
     Asked::Touching,
     Asked::Distance,
     Asked::Closer,
     Asked::Contacts,
+    Asked::Manifolds,
     Asked::Motion,
     Asked::NearestHit,
+    Asked::AnyHit,
     Asked::AllHits,
     Asked::Batch,
 ];
+
+const OF_SOLIDS: [Asked; 2 * POINTS + 3] = [
+    Asked::HitFromInside,
+    Asked::Winding(0),
+    Asked::Winding(1),
+    Asked::Winding(2),
+    Asked::Winding(3),
+    Asked::SignedDistance(0),
+    Asked::SignedDistance(1),
+    Asked::SignedDistance(2),
+    Asked::SignedDistance(3),
+    Asked::Windings,
+    Asked::SignedDistances,
+];
+
+impl Asked {
+    /// All that can be asked about a place.
+    fn of(place: &Place) -> impl Iterator<Item = Self> {
+        let of_solids = place.trees[0].solid().map_or(&[][..], |_| &OF_SOLIDS);
+        OF_SURFACES.iter().chain(of_solids).copied()
+    }
+
+    /// The work by which it may pass a budget.
+    fn step(self) -> u64 {
+        match self {
+            Self::Any
+            | Self::All
+            | Self::NearestHit
+            | Self::AnyHit
+            | Self::AllHits
+            | Self::HitFromInside
+            | Self::Batch
+            | Self::Winding(_)
+            | Self::Windings => MAX_STEP_WORK,
+            _ => MAX_DISTANCE_STEP_WORK,
+        }
+    }
+}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Said {
     Outcome(Answer<Verdict>),
     Distance(Answer<Bounds>),
     Contacts(Answer<ContactBounds>),
+    Manifolds(Answer<ManifoldBounds>),
     Passage(Answer<TimeOfImpact>),
     Cast(Answer<RayBounds>),
     Batch(Answer<usize>),
+    Point(Answer<PointBounds>),
 }
 
 impl Said {
@@ -125,7 +217,61 @@ impl Said {
             Self::Contacts(said) => (said.stop, said.stats.work),
             Self::Passage(said) => (said.stop, said.stats.work),
             Self::Cast(said) => (said.stop, said.stats.work),
+            Self::Manifolds(said) => (said.stop, said.stats.work),
             Self::Batch(said) => (said.stop, said.stats.work),
+            Self::Point(said) => (said.stop, said.stats.work),
+        }
+    }
+
+    /// True if it claims nothing that the answer without a limit denies.
+    fn agrees_with(&self, whole: &Self) -> bool {
+        fn fits<T: PartialEq>(said: Option<T>, whole: Option<T>) -> bool {
+            said.is_none() || said == whole
+        }
+        let meet = |[low, high]: [f64; 2], [least, most]: [f64; 2]| low <= most && least <= high;
+        match (self, whole) {
+            (Self::Outcome(said), Self::Outcome(whole)) => {
+                let kind = std::mem::discriminant::<Verdict>;
+                said.value == Verdict::Undecided || kind(&said.value) == kind(&whole.value)
+            }
+            (Self::Distance(said), Self::Distance(whole)) => {
+                let [said, whole] = [said.value, whole.value];
+                meet([said.low, said.high], [whole.low, whole.high])
+                    && fits(said.closer, whole.closer)
+                    && fits(said.within, whole.within)
+            }
+            (Self::Manifolds(said), Self::Manifolds(whole)) => {
+                let [said, whole] = [said.value, whole.value];
+                let least = whole
+                    .nearest
+                    .map_or(f64::INFINITY, |(_, distance)| distance);
+                (whole.meets || !said.meets)
+                    && fits(said.within, whole.within)
+                    && said.nearest.is_none_or(|(_, distance)| distance >= least)
+            }
+            (Self::Passage(said), Self::Passage(whole)) => {
+                let [said, whole] = [said.value, whole.value];
+                said.lower <= whole.upper.unwrap_or(1.0)
+                    && whole.lower <= said.upper.unwrap_or(1.0)
+                    && fits(said.within, whole.within)
+            }
+            (Self::Cast(said), Self::Cast(whole)) => {
+                let [said, whole] = [said.value, whole.value];
+                let first = whole.hit.map_or(f64::INFINITY, |hit| hit.t);
+                said.free_until <= first.max(whole.free_until)
+                    && said.hit.is_none_or(|hit| hit.t >= first)
+                    && fits(said.starts_inside, whole.starts_inside)
+            }
+            (Self::Point(said), Self::Point(whole)) => {
+                let [said, whole] = [said.value, whole.value];
+                let ends = |bounds: PointBounds| bounds.distance.map(|d| [d.low, d.high]);
+                fits(said.winding, whole.winding)
+                    && fits(said.inside, whole.inside)
+                    && (whole.is_on_surface || !said.is_on_surface)
+                    && ends(said).is_none_or(|said| ends(whole).is_some_and(|it| meet(said, it)))
+            }
+            (Self::Contacts(_), _) | (Self::Batch(_), _) => true,
+            _ => false,
         }
     }
 
@@ -186,7 +332,22 @@ impl Room {
             Asked::Motion => Said::Passage(ask!(place.sweep())),
             Asked::NearestHit => Said::Cast(ask!(place.ray(RayMode::Nearest))),
             Asked::AllHits => Said::Cast(ask!(place.ray(RayMode::All))),
+            Asked::AnyHit => Said::Cast(ask!(place.ray(RayMode::Any))),
+            Asked::HitFromInside => Said::Cast(ask!(place.ray(RayMode::Nearest).solid(true))),
             Asked::Batch => Said::Batch(ask!(Query::rays(&place.trees[0], &place.rays))),
+            Asked::Manifolds => Said::Manifolds(ask!(place.manifolds())),
+            Asked::Winding(i) => Said::Point(ask!(
+                Query::winding(&place.trees[0], place.points[i]).expect("a solid")
+            )),
+            Asked::SignedDistance(i) => Said::Point(ask!(
+                Query::signed_distance(&place.trees[0], place.points[i]).expect("a solid")
+            )),
+            Asked::Windings => Said::Batch(ask!(
+                Query::windings(&place.trees[0], &place.points).expect("a solid")
+            )),
+            Asked::SignedDistances => Said::Batch(ask!(
+                Query::signed_distances(&place.trees[0], &place.points).expect("a solid")
+            )),
         })
     }
 
@@ -194,10 +355,12 @@ impl Room {
     fn found(&self) -> String {
         let contacts: Vec<_> = self.workspace.contacts().collect();
         format!(
-            "{:?} {contacts:?} {:?} {:?}",
+            "{:?} {contacts:?} {:?} {:?} {:?} {:?}",
             self.workspace.pairs(),
             self.workspace.ray_hits(),
-            self.workspace.first_hits()
+            self.workspace.first_hits(),
+            self.workspace.points(),
+            self.workspace.manifolds()
         )
     }
 }
@@ -206,25 +369,23 @@ const ENOUGH: Budget = Budget::work(u64::MAX);
 
 #[test]
 fn a_budget_of_work_is_passed_by_at_most_a_step() {
-    for (number, place) in Place::all().iter().enumerate() {
-        for asked in QUESTIONS {
-            let step = match asked {
-                Asked::Distance | Asked::Closer | Asked::Contacts | Asked::Motion => {
-                    MAX_DISTANCE_STEP_WORK
-                }
-                _ => MAX_STEP_WORK,
-            };
+    for place in Place::all().iter().chain(&Place::solids()) {
+        for asked in Asked::of(place) {
             let mut room = Room::new();
-            for work in (0..40).chain((40..4_000).step_by(37)) {
-                let (stop, done) = room.run(asked, place, Budget::work(work)).end();
-                assert!(
-                    done < work + step,
-                    "place {number}, {asked:?}: {done} for {work}"
+            for work in (0..40).chain((40..8_000).step_by(37)) {
+                let (_, done) = room.run(asked, place, Budget::work(work)).end();
+                assert_step(done, work, asked.step());
+            }
+        }
+        let mut workspace = PenetrationWorkspace::new();
+        for solid in [false, true] {
+            let query = PenetrationQuery::new(&place.trees[0], &place.trees[1], place.pose);
+            for work in (0..40).chain((40..40_000).step_by(371)) {
+                let found = query.solid(solid).run(
+                    &mut workspace,
+                    Budget::work(work).clock(&ManualClock::new()),
                 );
-                assert!(
-                    work > 0 || done == 0,
-                    "place {number}, {asked:?}: {done} for nothing, {stop:?}"
-                );
+                assert_step(found.stats.work, work, MAX_PENETRATION_STEP_WORK);
             }
         }
     }
@@ -233,8 +394,8 @@ fn a_budget_of_work_is_passed_by_at_most_a_step() {
 #[test]
 fn the_largest_budgets_end_like_none_however_late_the_clock() {
     let late = Duration::MAX - Duration::from_secs(20);
-    for place in &Place::all() {
-        for asked in QUESTIONS {
+    for place in Place::all().iter().chain(&Place::solids()) {
+        for asked in Asked::of(place) {
             let whole = Room::new().run(asked, place, Budget::work(u64::MAX - 1));
             assert!(whole.is_whole(), "{asked:?}: {whole:?}");
             for poll_interval in [0, 1, u64::MAX] {
@@ -269,8 +430,8 @@ fn the_largest_budgets_end_like_none_however_late_the_clock() {
 
 #[test]
 fn without_time_no_more_than_a_step_is_done_and_the_query_goes_on_later() {
-    for place in &Place::all() {
-        for asked in QUESTIONS {
+    for place in Place::all().iter().chain(&Place::solids()) {
+        for asked in Asked::of(place) {
             for clock in [
                 ManualClock::new(),
                 ManualClock::ticking(Duration::from_secs(1)),
@@ -302,7 +463,10 @@ fn not_even_the_first_call_allocates_but_for_contacts_all_hits_and_batches() {
         Budget::unlimited(),
     ];
     for place in &Place::all() {
-        for asked in QUESTIONS {
+        for asked in OF_SURFACES
+            .into_iter()
+            .filter(|asked| *asked != Asked::Manifolds)
+        {
             for budget in budgets {
                 let mut room = Room::new();
                 let makes_room = matches!(
@@ -329,36 +493,182 @@ fn not_even_the_first_call_allocates_but_for_contacts_all_hits_and_batches() {
     }
 }
 
+/// Budgets that leave no room for the first step, or for few steps; the time that each reading of
+/// the clock takes.
+fn small_budgets() -> [(Budget, Duration); 20] {
+    let nanos = Duration::from_nanos;
+    let time = |limit, reading| (Budget::time(nanos(limit)), nanos(reading));
+    let work = |limit| (Budget::work(limit), Duration::ZERO);
+    [
+        work(0),
+        work(1),
+        work(10),
+        work(351),
+        work(MAX_STEP_WORK),
+        work(MAX_DISTANCE_STEP_WORK),
+        work(3_000),
+        work(12_000),
+        work(u64::MAX),
+        time(0, 0),
+        time(1, 0),
+        time(1, 1),
+        time(20, 10),
+        time(100, 30),
+        time(400, 30),
+        time(1_000, 30),
+        time(1_000, 300),
+        time(5_000, 300),
+        // A clock that is late at the first reading.
+        time(1_000, 1_000_000_000),
+        (Budget::time(nanos(100)).poll_interval(1), nanos(30)),
+    ]
+}
+
 #[test]
-fn a_used_workspace_gives_the_same_bits_as_a_fresh_one() {
-    let places = Place::all();
-    let mut used = Room::new();
-    for round in 0..3 {
-        for (number, place) in places.iter().enumerate() {
-            for (index, asked) in QUESTIONS.into_iter().enumerate() {
-                // Stopped in the first rounds, so that each begins with what another has left.
-                let budget = Budget::work(if round == 2 {
-                    u64::MAX
-                } else {
-                    300 + 700 * index as u64
-                });
-                let mut fresh = Room { ..Room::new() };
-                let said = used.run(asked, place, budget);
-                assert_eq!(
-                    said,
-                    fresh.run(asked, place, budget),
-                    "place {number}, {asked:?}"
-                );
-                assert_eq!(used.found(), fresh.found(), "place {number}, {asked:?}");
+fn any_question_after_any_other_says_what_it_says_in_a_fresh_workspace() {
+    let [_, surfaces, _, nothing] = Place::all();
+    let places: Vec<Place> = Place::solids()
+        .into_iter()
+        .chain([surfaces, nothing])
+        .collect();
+    let all: Vec<_> = places
+        .iter()
+        .flat_map(|place| Asked::of(place).map(move |asked| (place, asked)))
+        .collect();
+    let mut before = Room::new();
+    for &(place, asked) in &all {
+        let whole = Room::new().run(asked, place, ENOUGH);
+        let fresh = small_budgets().map(|(budget, reading)| {
+            let mut room = Room::new();
+            room.clock = ManualClock::ticking(reading);
+            let said = room.run(asked, place, budget);
+            assert!(said.agrees_with(&whole), "{asked:?} {said:?} {whole:?}");
+            (said, room.found())
+        });
+        for (turn, &(other, earlier)) in all.iter().enumerate() {
+            // Each budget after each question, at one of its places.
+            let some = small_budgets().into_iter().enumerate();
+            for (i, (budget, reading)) in some.filter(|(i, _)| (i + turn) % 4 == 0) {
+                let stop = [0, 1, 500, 1_100, 2_500, 9_000, 60_000][(i + turn) % 7];
+                before.clock = ManualClock::new();
+                let first = before.run(earlier, other, Budget::work(stop));
+                if i % 2 == 1 && !first.is_whole() {
+                    let _ = before.resume(earlier, other, Budget::work(stop));
+                }
+                before.workspace.set_cost_model(CostModel::default());
+                before.clock = ManualClock::ticking(reading);
+                let said = before.run(asked, place, budget);
+                assert_eq!(said, fresh[i].0, "{asked:?} after {earlier:?}, {budget:?}");
+                if (i + turn) % 12 == 0 {
+                    assert_eq!(before.found(), fresh[i].1, "{asked:?} after {earlier:?}");
+                    let is_same = std::ptr::eq(other, place) && earlier == asked;
+                    before.clock = ManualClock::new();
+                    let late = if is_same {
+                        Err(ResumeError)
+                    } else {
+                        before.resume(earlier, other, ENOUGH)
+                    };
+                    assert_eq!(late, Err(ResumeError), "{earlier:?} was left for {asked:?}");
+                    let rest = before.resume(asked, place, ENOUGH);
+                    let said = rest.unwrap_or(said);
+                    assert!(
+                        said.is_whole() && said.agrees_with(&whole),
+                        "{said:?} {whole:?}"
+                    );
+                }
             }
         }
     }
 }
 
+/// Decided as far as a budget decides: the whole answer, or what it asks for.
+fn is_decided(said: &Said) -> bool {
+    said.is_whole()
+        || match said {
+            Said::Outcome(said) => said.value != Verdict::Undecided,
+            Said::Distance(said) => said.value.closer.is_some(),
+            Said::Passage(said) => said.value.upper.is_some(),
+            Said::Cast(said) => said.value.hit.is_some(),
+            Said::Point(said) => said.value.inside.is_some(),
+            _ => false,
+        }
+}
+
+/// The clock moves with each reading only, so it does not tell how busy the machine is.
+#[test]
+fn twice_the_budget_never_decides_fewer() {
+    let places: Vec<Place> = Place::solids().into_iter().chain(Place::all()).collect();
+    let nanos = Duration::from_nanos;
+    let work = (0..20).map(|i| (Budget::work(1 << i), nanos(0)));
+    let time = |reading| (0..20).map(move |i| (Budget::time(nanos(60 << i)), nanos(reading)));
+    let mut never = 0;
+    for budgets in [
+        work.collect::<Vec<_>>(),
+        time(20).collect(),
+        time(300).collect(),
+    ] {
+        for place in &places {
+            for asked in Asked::of(place) {
+                let mut before = (false, 0, Budget::work(0));
+                for &(budget, reading) in &budgets {
+                    let mut room = Room::new();
+                    room.clock = ManualClock::ticking(reading);
+                    let said = room.run(asked, place, budget);
+                    let done = match said {
+                        Said::Batch(said) => said.value,
+                        _ => 0,
+                    };
+                    let now = (is_decided(&said), done, budget);
+                    assert!(
+                        before.0 <= now.0 && before.1 <= now.1,
+                        "{asked:?} {before:?} {now:?}"
+                    );
+                    before = now;
+                }
+                never += usize::from(!before.0);
+            }
+        }
+    }
+    assert!(never < 6, "{never} were never decided");
+}
+
+#[test]
+fn twice_the_budget_never_decides_fewer_pairs_of_a_scene() {
+    let tree = Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 40)));
+    let decided = |budget: Budget, reading: u64| {
+        let mut scene = Scene::new();
+        for i in 0..60 {
+            let at = DVec3::new(f64::from(i % 8), f64::from(i / 8), f64::from(i % 3)) * 1.4;
+            let turn = DMat3::from_rotation_x(f64::from(i));
+            let body = Body::moving(Arc::clone(&tree), Pose::new(turn, at).unwrap());
+            scene.insert(body).unwrap();
+        }
+        let clock = ManualClock::ticking(Duration::from_nanos(reading));
+        let mut decided = 0;
+        for _ in 0..3 {
+            decided += scene.detect(budget.clock(&clock)).decided;
+        }
+        decided
+    };
+    let most = decided(Budget::unlimited(), 0);
+    for reading in [0, 20, 300] {
+        let counts: Vec<usize> = (0..20)
+            .map(|i| match reading {
+                0 => decided(Budget::work(100 << i), 0),
+                _ => decided(Budget::time(Duration::from_nanos(500 << i)), reading),
+            })
+            .collect();
+        assert!(
+            counts.is_sorted() && counts[19] == most,
+            "{reading} ns: {counts:?} of {most}"
+        );
+    }
+}
+
 #[test]
 fn a_clone_of_any_stopped_run_goes_on_like_its_original() {
-    for place in &Place::all() {
-        for asked in QUESTIONS {
+    for place in Place::all().iter().chain(&Place::solids()) {
+        for asked in Asked::of(place) {
             for budget in [0, 900, 5_000] {
                 let mut room = Room::new();
                 let (stop, _) = room.run(asked, place, Budget::work(budget)).end();
@@ -383,9 +693,8 @@ fn before_the_first_query_a_workspace_holds_nothing() {
     for place in &Place::all() {
         let mut room = Room::new();
         assert!(
-            QUESTIONS
-                .iter()
-                .all(|&asked| room.resume(asked, place, Budget::unlimited()) == Err(ResumeError))
+            Asked::of(place)
+                .all(|asked| room.resume(asked, place, Budget::unlimited()) == Err(ResumeError))
         );
         let workspace = &mut room.workspace;
         assert!(place.query(Mode::All).certificate(workspace).is_err());

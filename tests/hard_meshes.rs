@@ -5,12 +5,15 @@ mod common;
 
 use std::path::Path;
 
-use common::check::{ENOUGH, assert_complete, run, run_to_end};
+use common::check::{self, ENOUGH, assert_complete, run, run_to_end};
 use common::files::{self, Soup, Truth};
 use common::reference::all_pairs;
+use common::steps::assert_step;
 use common::{MODES, ORDERS};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
-use punctual::{Budget, Pose, PoseError, Query, Tree, Verdict, Workspace};
+use punctual::prediction::MAX_STEP_WORK;
+use punctual::{Budget, Mesh, Pose, PoseError, Query, StopReason, Tree, Verdict, Workspace};
 
 /// Cases where the case file also allows an error, but this library promises an answer.
 const ANSWERED: [&str; 4] = [
@@ -159,4 +162,55 @@ fn a_pose_too_far_away_is_an_error() {
         let outcome = run(&query, &mut Workspace::new(), Budget::unlimited());
         assert_eq!(outcome.value, Verdict::Separated);
     }
+}
+
+/// A square of `2 count^2` triangles in the plane z = 0.
+fn sheet(count: u16) -> Tree {
+    let at = |i: u16| f32::from(i) / f32::from(count) - 0.5;
+    let row = u32::from(count) + 1;
+    let corners = (0..=count).flat_map(|i| (0..=count).map(move |j| [at(i), at(j), 0.0]));
+    let quads = (0..u32::from(count))
+        .flat_map(|i| (0..u32::from(count)).map(move |j| row * i + j))
+        .flat_map(|i| [[i, i + row, i + 1], [i + 1, i + row, i + row + 1]]);
+    Tree::new(Mesh::new(corners.collect::<Vec<_>>(), quads.collect::<Vec<_>>()).unwrap())
+}
+
+/// All pairs of triangles one above the other are in doubt; a plane tells. The two ways to ask cost
+/// about the same.
+#[test]
+fn parallel_sheets_are_told_apart_as_soon_as_their_distance() {
+    let tree = sheet(100);
+    let mut workspace = Workspace::new();
+    for (gap, turn) in [(1e-9, 0.0), (-1e-9, 0.0), (1e-12, 0.3)] {
+        let axes = DMat3::from_rotation_z(turn);
+        let pose = Pose::new(axes, DVec3::new(0.01, 0.02, gap)).unwrap();
+        let distance = Query::distance(&tree, &tree, pose)
+            .run(&mut workspace, ENOUGH.clock(&ManualClock::new()));
+        for mode in MODES {
+            let query = Query::intersection(&tree, &tree, pose).mode(mode);
+            let whole = run(&query, &mut workspace, ENOUGH);
+            assert_eq!(whole.value, Verdict::Separated);
+            assert!(
+                whole.stats.work < 2 * distance.stats.work,
+                "{mode:?}, {gap:e}: {} where the distance takes {}",
+                whole.stats.work,
+                distance.stats.work
+            );
+            // Cut anywhere, also within the pass over the vertices.
+            let mut said = run(
+                &query,
+                &mut workspace,
+                Budget::work(whole.stats.work - 2_000),
+            );
+            while said.stop == StopReason::WorkLimit {
+                assert_eq!(said.value, Verdict::Undecided);
+                let before = said.stats.work;
+                said = check::resume(&query, &mut workspace, Budget::work(1));
+                assert_step(said.stats.work - before, 1, MAX_STEP_WORK);
+            }
+            assert_eq!(said, whole);
+        }
+    }
+    let touching = Query::intersection(&tree, &tree, Pose::IDENTITY);
+    assert!(run(&touching, &mut workspace, ENOUGH).value.meets());
 }

@@ -1,14 +1,19 @@
 //! Contact manifolds of solids: normals and depths of cases whose truth is known, apart and sunk, in
 //! one list; ids that last; the same bits however a query is cut; nothing false at a stop.
 
+#[path = "common/steps.rs"]
+mod steps;
+
 use oorandom::Rand64;
 use punctual::contacts::Manifold;
 use punctual::glam::{DMat3, DQuat, DVec2, DVec3, Vec3};
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::tree::Solid;
 use punctual::{
     Budget, BuildOptions, Mesh, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 use std::f64::consts::{FRAC_PI_4, SQRT_2, TAU};
+use steps::assert_step;
 
 fn solid(mesh: Mesh) -> Tree {
     Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Keep))
@@ -583,6 +588,33 @@ fn cases() -> Vec<(Tree, Tree, Pose, f64)> {
     ]
 }
 
+/// The overlaps of many pairs began with a step as long as their number.
+#[test]
+fn many_pairs_pass_a_budget_by_no_more_than_a_step() {
+    for size in [1.0, 1e295] {
+        let knot = shapes::torus_knot(2, 3, 0.2, 96);
+        let corners = (0..knot.vertex_count()).map(|i| (size * knot.vertex(i)).to_array());
+        let triangles = knot.triangles().iter().copied();
+        let mesh = Mesh::from_f64(corners.collect::<Vec<_>>(), triangles).unwrap();
+        let tree = solid(mesh);
+        let turn = DMat3::from_rotation_x(0.1) * DMat3::from_rotation_z(0.05);
+        let query = Query::manifolds(&tree, &tree, at(turn, DVec3::ZERO));
+        let mut workspace = Workspace::new();
+        let whole = query.run(&mut workspace, Budget::unlimited());
+        assert!(whole.stats.found > 1_000, "{:?}", whole.stats);
+        let mut answer = query.run(&mut workspace, Budget::work(0));
+        while answer.stop == StopReason::WorkLimit {
+            let before = answer.stats.work;
+            answer = query.resume(&mut workspace, Budget::work(1)).unwrap();
+            assert_step(answer.stats.work - before, 1, MAX_DISTANCE_STEP_WORK);
+        }
+        assert_eq!(
+            (answer.value, answer.stats.work),
+            (whole.value, whole.stats.work)
+        );
+    }
+}
+
 #[test]
 fn at_every_stop_nothing_is_false_and_resumed_runs_end_with_the_same_bits() {
     for (number, (a, b, pose, skin)) in cases().into_iter().enumerate() {
@@ -620,7 +652,9 @@ fn at_every_stop_nothing_is_false_and_resumed_runs_end_with_the_same_bits() {
                 );
                 assert!(!answer.value.meets || whole.value.meets);
                 assert!(stops < 1_000_000, "{number}: no end");
+                let before = answer.stats.work;
                 answer = query.resume(&mut workspace, Budget::work(step)).unwrap();
+                assert_step(answer.stats.work - before, step, MAX_DISTANCE_STEP_WORK);
             }
             assert!(stops > 0 || step == 30_000, "{number}: {:?}", whole.stats);
             assert_eq!(workspace.manifolds(), all, "{number}");

@@ -12,6 +12,7 @@ use common::check::{
 };
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::{Place, all_pairs, place};
+use common::steps::assert_step;
 use common::{MODES, ORDERS};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
@@ -185,10 +186,12 @@ fn budgets(full: u64, count: u64) -> impl Iterator<Item = u64> {
 
 fn assert_stop_is_punctual(outcome: &Answer<Verdict>, before: u64, budget: u64) {
     let spent = outcome.stats.work - before;
-    let step = MAX_STEP_WORK;
-    assert!(spent <= budget + step, "{spent} of {budget}");
+    assert_step(spent, budget, MAX_STEP_WORK);
     if outcome.stop == StopReason::WorkLimit {
-        assert!(spent + step >= budget, "stopped early, {spent} of {budget}");
+        assert!(
+            spent + MAX_STEP_WORK >= budget,
+            "stopped early, {spent} of {budget}"
+        );
     }
 }
 

@@ -56,8 +56,6 @@ pub(crate) const WORK_PER_CONTACT: u64 = 100;
 pub(crate) const WORK_PER_CURVE_PAIR: u64 = 150;
 pub(crate) const WORK_PER_REGION_TRIANGLE: u64 = 100;
 
-const _: () = assert!(MAX_DISTANCE_STEP_WORK >= 4 * WORK_PER_CURVE_PAIR);
-
 /// Work of discarding a pair that needs neither opening nor a test, and of looking up a pair of
 /// leaves in a table.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;
@@ -86,8 +84,8 @@ pub(crate) const WORK_PER_OPEN_EDGE: u64 = 6;
 /// Maximum work between two checks of the budget: a batch of eight triangle tests.
 pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 
-/// Maximum work between two checks of the budget in queries of distance, contacts and motion: a
-/// batch of eight lower bounds.
+/// Maximum work between two checks of the budget in queries of distances, signed ones too,
+/// contacts, manifolds and motions: a batch of eight lower bounds.
 pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 
 const _: () = assert!(

@@ -53,9 +53,10 @@ impl Budget {
     /// depends on the input alone: the same bits on every machine, in every run.
     ///
     /// The current step is finished, so the query may exceed the limit by up to
-    /// [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK) units (queries of distance, contacts or
-    /// motion by up to [`MAX_DISTANCE_STEP_WORK`](crate::prediction::MAX_DISTANCE_STEP_WORK)). A
-    /// budget of 0 does nothing.
+    /// [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK) units (queries of distances, signed ones
+    /// too, contacts, manifolds or motions by up to
+    /// [`MAX_DISTANCE_STEP_WORK`](crate::prediction::MAX_DISTANCE_STEP_WORK)). A budget of 0 does
+    /// nothing.
     #[inline]
     pub const fn work(limit: u64) -> Self {
         Self {

@@ -42,7 +42,8 @@ pub struct Deadline<'c> {
     slowest: [f64; 2],
     /// The work until the next reading is the safe work divided by this.
     stretch: u64,
-    /// Time of the first reading, and the work since.
+    /// Time of the first reading, and the work since. A later reading before any work takes its
+    /// place: the time before is no measure of the pace.
     first_look: Option<Duration>,
     done: u64,
     /// Work of the current query when `left` and `safe` were last updated, and at which the stop
@@ -273,7 +274,8 @@ impl<'c> Deadline<'c> {
             return Some(u64::MAX);
         };
         let now = self.clock.now();
-        let first = *self.first_look.get_or_insert(now);
+        let first = self.first_look.filter(|_| self.done > 0).unwrap_or(now);
+        self.first_look = Some(first);
         let mean = nanoseconds(now.saturating_sub(first)) / self.done.max(1) as f64;
         let left = end.checked_sub(now).filter(|left| !left.is_zero())?;
         let [slowest, to_mean] = self.slowest;

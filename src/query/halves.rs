@@ -1,12 +1,13 @@
-//! A separating plane across the closest points found.
+//! A separating plane across the closest points found, or along a triangle in doubt.
 //!
 //! If many triangles are at nearly equal distance, as in nested or parallel sheets, boxes cannot
 //! distinguish them, and a search tests all their pairs: quadratic. If the surfaces lie on two
 //! sides of a slab across the line between the closest points, one pass over all vertices ends the
-//! search. The pass starts when the search has done so much work that the pass adds next to
+//! search. So it does for a search of intersections, along the normal of a triangle in doubt; there
+//! the work is that of exact tests. The pass starts when the search has done so much work that the pass adds next to
 //! nothing, and again when it has done twice as much.
 
-use super::interval::Interval;
+use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::Pose;
@@ -30,6 +31,7 @@ const WORK_BEFORE: u64 = 16;
 /// Vertices per step, and per unit of work.
 const STEP: usize = 1024;
 const PER_WORK: u64 = 8;
+const _: () = assert!(STEP as u64 / PER_WORK <= MAX_STEP_WORK);
 
 /// Rounding of a position along the direction, relative to the largest coordinates of both meshes
 /// and of the translation: of the placed vertices, and of the sums here.
@@ -55,22 +57,19 @@ impl Halves {
         work >= self.due
     }
 
-    /// Continues the pass by some vertices; `work` is the work of the query so far. Returns the
-    /// work of this step and, at the end of the pass, a lower bound of the distance.
+    /// Continues the pass by some vertices, or begins it along the direction `towards` B; `work` is
+    /// the work of the query so far. Returns the work of this step and, at the end of the pass, a
+    /// lower bound of the distance, if it is more than 0.
     pub fn look(
         &mut self,
-        a: &Tree,
-        b: &Tree,
+        [a, b]: [&Tree; 2],
         b_in_a: &Pose,
-        interval: &Interval,
+        towards: impl FnOnce() -> DVec3,
         work: u64,
     ) -> (u64, Option<f64>) {
         let [count_of_a, count_of_b] = [a, b].map(|tree| tree.mesh().vertex_count());
         if self.looked == 0 {
-            let towards = interval
-                .nearest()
-                .map_or(DVec3::ZERO, |(_, found)| -found.direction);
-            self.direction = towards.normalize_or_zero();
+            self.direction = towards().normalize_or_zero();
             self.ends = [f64::NEG_INFINITY, f64::INFINITY];
         }
         let along = self.direction;
@@ -95,12 +94,12 @@ impl Halves {
         let shift = b_in_a.translation();
         let error =
             ROUNDINGS * (largest(a) + largest(b) + shift.abs().max_element()) + f64::MIN_POSITIVE;
+        let gap =
+            (self.ends[1] - self.ends[0] + along.dot(shift) - error) * (1.0 - 4.0 * f64::EPSILON);
+        // NaN proves nothing.
         (
             taken,
-            Some(
-                (self.ends[1] - self.ends[0] + along.dot(shift) - error)
-                    * (1.0 - 4.0 * f64::EPSILON),
-            ),
+            Some(gap).filter(|gap| *gap > 0.0 && *gap < f64::INFINITY),
         )
     }
 }

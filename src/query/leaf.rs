@@ -7,7 +7,7 @@ use super::options::Mode;
 use super::traversal::Traversal;
 use super::triangle_pairs::{ids, is_full, pop_batch, rows};
 use super::workspace::{Run, Workspace};
-use crate::contact::Contact;
+use crate::contact::{Contact, face_normal};
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
 };
@@ -25,8 +25,11 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// traversal to another part of the stack. The pairs that wait are tested later.
     #[inline(always)]
     pub(super) fn test_triangles<L: Lanes>(&mut self, lanes: L) {
-        if let Some(pair) = self.workspace.uncertain.pop() {
-            self.test_exactly(pair);
+        if let Some(&pair) = self.workspace.uncertain.last() {
+            if !self.look_for_plane(pair) {
+                self.workspace.uncertain.pop();
+                self.test_exactly(pair);
+            }
         } else {
             self.test_batch(lanes);
             self.workspace.inconclusive =
@@ -99,6 +102,38 @@ impl Traversal<'_, '_, Meeting<'_>> {
         for lane in bits(exact & tested) {
             self.workspace.uncertain.push(pairs[lane]);
         }
+    }
+
+    /// Continues the pass over all vertices, along the normal of a triangle in doubt, if it is due.
+    /// If it separates the surfaces, drops everything left.
+    #[cold]
+    #[inline(never)]
+    fn look_for_plane(&mut self, pair: [u32; 2]) -> bool {
+        let (trees, b_in_a) = ([self.a, self.b], self.b_in_a);
+        let Workspace {
+            search,
+            corners,
+            run: Run { stats, .. },
+            ..
+        } = &mut *self.workspace;
+        let (halves, work) = (search.halves(trees), stats.exact_tests * WORK_PER_EXACT_TEST);
+        if stats.found > 0 || !halves.is_due(work) {
+            return false;
+        }
+        let towards = || {
+            let [a, b] = Corners::of_pair(corners, trees, b_in_a, pair);
+            let normal = face_normal(a).unwrap_or_default();
+            normal * normal.dot(b[0] - a[0]).signum()
+        };
+        let (taken, gap) = halves.look(trees, b_in_a, towards, work);
+        stats.work += taken;
+        self.deadline.allow_for_long_step();
+        if gap.is_some() {
+            self.workspace.frontier.drop_all();
+            self.workspace.waiting.clear();
+            self.workspace.uncertain.clear();
+        }
+        true
     }
 
     #[cold]

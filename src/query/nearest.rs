@@ -20,6 +20,7 @@ use super::search::{Bounded, DIVE, root};
 use super::traversal::{Traversal, Visitor};
 use crate::model::cost::WORK_PER_LOOKUP;
 use crate::tree::WIDTH;
+use glam::DVec3;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 
@@ -216,12 +217,13 @@ impl Traversal<'_, '_, Nearness> {
     fn look_for_plane(&mut self) {
         let work = self.workspace.work();
         let search = &mut self.workspace.search;
-        let (taken, gap) = search
-            .halves
-            .look(self.a, self.b, self.b_in_a, &search.interval, work);
+        let nearest = search.interval.nearest();
+        let towards = || nearest.map_or(DVec3::ZERO, |(_, found)| -found.direction);
+        let trees = [self.a, self.b];
+        let (taken, gap) = search.halves.look(trees, self.b_in_a, towards, work);
         self.workspace.run.stats.work += taken;
-        // NaN proves nothing.
-        if let Some(gap) = gap.filter(|gap| *gap > 0.0 && *gap < f64::INFINITY)
+        self.deadline.allow_for_long_step();
+        if let Some(gap) = gap
             && self.workspace.search.interval.know(gap)
         {
             self.workspace.frontier.drop_all();

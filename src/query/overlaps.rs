@@ -25,7 +25,8 @@ use super::workspace::Workspace;
 use crate::contact::manifold::{Before, Manifold, Octagon, Shape, Skin};
 use crate::contact::{directed, face_normal};
 use crate::model::cost::{
-    WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST, WORK_PER_REGION_TRIANGLE,
+    MAX_DISTANCE_STEP_WORK, WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST,
+    WORK_PER_REGION_TRIANGLE,
 };
 use crate::sets::{find, unite};
 use crate::tree::Tree;
@@ -43,6 +44,12 @@ pub const REGION_LIMIT: usize = 1 << 16;
 
 /// Work of a step on each pair, about what it takes.
 const STEP: usize = 4;
+
+const _: () = assert!(
+    MAX_DISTANCE_STEP_WORK >= STEP as u64 * (WORK_PER_CURVE_PAIR + 1)
+        && MAX_DISTANCE_STEP_WORK >= STEP as u64 * WORK_PER_REGION_TRIANGLE
+        && MAX_DISTANCE_STEP_WORK >= WORK_PER_RAY + 2 * WORK_PER_RAY_TEST
+);
 
 /// Sine of the angle between two triangles up to which they lie in one plane.
 const FLAT: f64 = 1e-9;
@@ -188,6 +195,7 @@ impl Overlaps {
         self.probing.clear();
         (self.phase, self.at) = (Phase::Link, 0);
         (self.meets, self.is_casting) = (false, false);
+        self.parents.clear();
     }
 
     /// True if a pair intersects.
@@ -211,12 +219,12 @@ impl Overlaps {
 
     pub fn reserve(&mut self, cuts: usize) {
         reserve(&mut self.cuts, cuts);
+        reserve(&mut self.parents, cuts);
     }
 
     /// Reserves room for this many pairs, of meshes of this size at most.
     pub fn reserve_for(&mut self, cuts: usize, [triangles, vertices]: [usize; 2]) {
         self.reserve(cuts);
-        reserve(&mut self.parents, cuts);
         reserve(&mut self.slots.values, (2 * cuts).next_power_of_two());
         reserve(&mut self.members, 12 * cuts);
         reserve(&mut self.classes, 12 * cuts);
@@ -239,6 +247,7 @@ impl Overlaps {
 
     /// Takes two triangles (tree order) that at least all but intersect.
     pub fn take_touching(&mut self, pair: [u32; 2], segment: [DVec3; 2], is_flat: bool) {
+        self.parents.push(self.cuts.len() as u32);
         self.cuts.push(Cut {
             pair,
             segment,
@@ -251,8 +260,6 @@ impl Overlaps {
     /// Prepares for the first step, after the last pair.
     fn begin(&mut self, trees: [&Tree; 2]) {
         let count = self.cuts.len();
-        self.parents.clear();
-        self.parents.extend(0..count as u32);
         self.slots.begin((2 * count).next_power_of_two(), count);
         self.members.clear();
         self.classes.clear();
@@ -485,7 +492,7 @@ impl Overlaps {
     fn items(&self) -> (usize, u64, usize, Phase) {
         let (cuts, region) = (self.cuts.len(), self.region.len());
         match self.phase {
-            Phase::Link => (cuts, WORK_PER_CURVE_PAIR, STEP, Phase::Classify),
+            Phase::Link => (cuts, WORK_PER_CURVE_PAIR + 1, STEP, Phase::Classify),
             Phase::Classify => (cuts, WORK_PER_CURVE_PAIR, STEP, Phase::Test),
             Phase::Test => (self.members.len(), 0, 1, Phase::Seed),
             Phase::Seed => (cuts, WORK_PER_CURVE_PAIR, STEP, Phase::Flood),
@@ -512,7 +519,6 @@ impl Overlaps {
                 return Ok(());
             }
             self.begin(trees);
-            workspace.run.stats.work += self.cuts.len() as u64;
         }
         let (count, work, step, next) = self.items();
         let end = (self.at + step).min(count);

@@ -4,7 +4,7 @@
 use super::halves::Halves;
 use super::interval::Interval;
 use super::queue::{BUCKETS, Frontier, Pair};
-use crate::tree::WIDTH;
+use crate::tree::{Tree, WIDTH};
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
@@ -113,6 +113,14 @@ impl Search {
         self.clear();
         self.is_used = true;
         self.proposed.extend(known);
+    }
+
+    /// The pass for a separating plane of a query without a distance.
+    pub fn halves(&mut self, [a, b]: [&Tree; 2]) -> &mut Halves {
+        if !self.is_used {
+            (self.halves, self.is_used) = (Halves::of(a, b), true);
+        }
+        &mut self.halves
     }
 
     /// Adds the triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, to wait for the

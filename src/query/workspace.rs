@@ -293,8 +293,8 @@ impl Workspace {
     }
 
     /// The hits that the last query found, if it was one of many rays
-    /// ([`Query::rays`](super::Query::rays)): one for each ray, in the order of the rays. `None`
-    /// for a ray without a hit or not finished.
+    /// ([`Query::rays`](super::Query::rays)): one for each ray done, in the order of the rays. `None`
+    /// for a ray without a hit.
     pub fn first_hits(&self) -> &[Option<RayHit>] {
         &self.rays.first_hits
     }

@@ -9,6 +9,7 @@ pub mod check;
 pub mod files;
 pub mod random;
 pub mod reference;
+pub mod steps;
 
 use punctual::Mode;
 use punctual::intersection::Order;

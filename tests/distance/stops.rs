@@ -12,6 +12,7 @@ use punctual::{
 
 use crate::common::check;
 use crate::common::random::{Drift, Family, Random, pose_about, soup};
+use crate::common::steps::assert_step;
 use crate::distance::{ENOUGH, Question, Truth, resume, run, run_with_memory};
 use crate::finished::{moved, scaled, triangles};
 
@@ -186,7 +187,7 @@ fn after_every_step_the_bounds_hold_and_only_close_in() {
                     "{}: {said:?}",
                     case.name
                 );
-                assert!(said.stats.work < budget + MAX_DISTANCE_STEP_WORK);
+                assert_step(said.stats.work, budget, MAX_DISTANCE_STEP_WORK);
             }
             assert_same_bits(&run(&query, &mut workspace, ENOUGH), last, case.name);
         }

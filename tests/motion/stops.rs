@@ -9,6 +9,7 @@ use punctual::{
 };
 
 use crate::common::random::{Family, soup};
+use crate::common::steps::assert_step;
 use crate::finished::{at, motions};
 use crate::judge::{ENOUGH, Truth, resume, run, run_with_memory};
 use crate::random::Random;
@@ -63,7 +64,7 @@ fn cases() -> Vec<([Tree; 2], Motion)> {
 
 #[test]
 fn after_every_step_nothing_is_false() {
-    let (mut workspace, mut longest, mut random) = (Workspace::new(), 0, Random::new(1));
+    let (mut workspace, mut random) = (Workspace::new(), Random::new(1));
     for ([a, b], motion) in &cases() {
         let mut truth = Truth::new(a, b, *motion);
         let mut steps = vec![run(&truth.query, &mut workspace, Budget::work(0))];
@@ -77,15 +78,17 @@ fn after_every_step_nothing_is_false() {
             assert!(two[0].value.lower <= two[1].value.lower, "{two:?}");
             let time = |said: &Answer<TimeOfImpact>| said.value.upper.unwrap_or(f64::INFINITY);
             assert!(time(&two[0]) >= time(&two[1]), "{two:?}");
-            longest = longest.max(two[1].stats.work - two[0].stats.work);
+            assert_step(
+                two[1].stats.work - two[0].stats.work,
+                1,
+                MAX_DISTANCE_STEP_WORK,
+            );
         }
         assert_eq!(
             &run(&truth.query, &mut workspace, ENOUGH),
             steps.last().unwrap()
         );
     }
-    println!("the largest step is {longest}");
-    assert!(longest <= MAX_DISTANCE_STEP_WORK, "a step of {longest}");
 }
 
 /// While a contact is known that is earlier than the one found by more than matters, its place is in one of the boxes.

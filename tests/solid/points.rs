@@ -1,10 +1,12 @@
 //! Winding numbers and signed distances of points, against exact arithmetic and full sums.
 
 use crate::common::random::Random;
+use crate::common::steps::assert_step;
 use crate::meshes::{union, unwelded, with_triangles};
 use crate::truth::{assert_sound, distance, full_sum, winding};
 use punctual::glam::{DVec3, Vec3};
 use punctual::points::{PointBounds, PointError};
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::rays::RayMode;
 use punctual::tree::Solid;
 use punctual::{
@@ -326,7 +328,9 @@ fn at_every_stop_bounds_are_true_and_a_resumed_query_ends_with_the_same_bits() {
                         let (now, last) = (now.distance.unwrap(), end.value.distance.unwrap());
                         assert!(now.low <= last.low && last.high <= now.high);
                     }
+                    let before = answer.stats.work;
                     answer = query.resume(&mut parts, Budget::work(step)).unwrap();
+                    assert_step(answer.stats.work - before, step, MAX_DISTANCE_STEP_WORK);
                     stops += 1;
                 }
                 assert!(stops > 0 || step > 150);

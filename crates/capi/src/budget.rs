@@ -12,7 +12,7 @@ use punctual::{Budget, Clock};
 /// poll interval.
 pub const PUNCTUAL_MAX_STEP_WORK: u64 = 352;
 
-/// What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts and motions.
+/// What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts, manifolds and motions.
 pub const PUNCTUAL_MAX_DISTANCE_STEP_WORK: u64 = 1040;
 
 const _: () = assert!(PUNCTUAL_MAX_STEP_WORK == MAX_STEP_WORK);

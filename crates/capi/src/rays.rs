@@ -467,8 +467,7 @@ impl punctual_ray_batch<'_> {
                         } else {
                             batch.run(workspace, budget)
                         };
-                        let hits = &workspace.first_hits()[..answer.value];
-                        for (place, &hit) in written.iter_mut().zip(hits) {
+                        for (place, &hit) in written.iter_mut().zip(workspace.first_hits()) {
                             place.write(hit.into());
                         }
                         Ok(answer)

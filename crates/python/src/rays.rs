@@ -130,9 +130,11 @@ fn one(
         batch
     };
     let answer = batch.run(workspace, limit.budget().clock(clock));
+    let mut hits = workspace.first_hits().to_vec();
+    hits.resize(rays.len(), None);
     (
         RayHits {
-            hits: workspace.first_hits().to_vec(),
+            hits,
             rays: None,
             done: answer.value,
             starts_inside: None,

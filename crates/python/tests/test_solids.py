@@ -70,3 +70,33 @@ def test_a_cube_in_a_cube_collides() -> None:
     found = punctual3d.collide(outer, inner)
     assert found.verdict == "contained"
     assert punctual3d.distance(outer, inner).high == 0.0
+
+
+def test_a_question_without_room_tells_nothing_of_the_one_before() -> None:
+    """A thread keeps its workspace from call to call."""
+    outer = cube("keep")
+    inner = punctual3d.Tree(np.asarray(outer.vertices) * 0.5 + 0.25, outer.faces, solid="keep")
+    away = np.eye(4)
+    away[0, 3] = 9.0
+    before = [
+        lambda: punctual3d.collide(outer, inner),
+        lambda: punctual3d.collide(outer, inner, work=300),
+        lambda: punctual3d.distance(outer, inner),
+        lambda: punctual3d.manifolds(outer, outer, skin=0.1),
+        lambda: punctual3d.rays(outer, POINTS, [1, 0, 0], solid=True),
+        lambda: outer.signed_distance(POINTS),
+        lambda: outer.contains(POINTS[2:3]),
+    ]
+    for earlier in before:
+        for work in (0, 1):
+            earlier()
+            assert punctual3d.collide(inner, outer, away, work=work).verdict in ("undecided", "separated")
+            earlier()
+            found = punctual3d.distance(inner, outer, away, work=work)
+            assert found.low <= 8.25 <= found.high
+            earlier()
+            hits = punctual3d.rays(inner, [[30.0, 0.5, 0.5]], [1, 0, 0], solid=True, work=work)
+            assert len(hits) == 1 and hits.starts_inside is not None and not hits.starts_inside[0]
+            earlier()
+            found = punctual3d.manifolds(inner, outer, away, skin=0.1, work=work)
+            assert len(found) == 0

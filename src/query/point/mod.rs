@@ -25,7 +25,7 @@ use core::{fmt, slice};
 use glam::DVec3;
 use punctual_geom::Pose;
 use punctual_geom::tolerance::COORDINATE_LIMIT;
-use state::{Phase, ROOM};
+use state::ROOM;
 pub(super) use visit::{Locate, Source};
 
 /// Asks about one point and a solid ([`Query::winding`], [`Query::signed_distance`]).
@@ -224,7 +224,8 @@ impl Ask<AtPoint> for Query<'_, AtPoint> {
     }
 
     fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
-        begin(self.a, workspace, 1, self.asked.measures);
+        let point = slice::from_ref(&self.asked.point);
+        begin(self.a, workspace, point, self.asked.measures);
     }
 
     fn advance(
@@ -282,12 +283,7 @@ impl<'p> Ask<AtPoints<'p>> for Query<'_, AtPoints<'p>> {
     }
 
     fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
-        begin(
-            self.a,
-            workspace,
-            self.asked.points.len(),
-            self.asked.measures,
-        );
+        begin(self.a, workspace, self.asked.points, self.asked.measures);
     }
 
     fn advance(
@@ -308,19 +304,24 @@ fn key(tree: &Tree) -> Key {
     Key::new([tree; 2], Pose::IDENTITY, Asked::Points)
 }
 
-/// Prepares the workspace for the first of `count` points.
-fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, measures: bool) {
+/// Prepares the workspace for the first of the points.
+fn begin(tree: &Tree, workspace: &mut Workspace, points: &[[f64; 3]], measures: bool) {
     workspace.clear();
     workspace.run.begin(key(tree), Strategy::NONE);
-    begin_points(tree, workspace, count, measures);
+    begin_points(tree, workspace, points, measures);
 }
 
 /// The same within the run of another question.
-pub(super) fn begin_points(tree: &Tree, workspace: &mut Workspace, count: usize, measures: bool) {
+pub(super) fn begin_points(
+    tree: &Tree,
+    workspace: &mut Workspace,
+    points: &[[f64; 3]],
+    measures: bool,
+) {
     let state = &mut workspace.points;
-    state.measures = measures;
-    state.reserve(count);
-    (state.left, state.phase) = (count, if count > 0 { Phase::Start } else { Phase::Idle });
+    state.reserve(points.len());
+    let first = points.first().copied().unwrap_or_default();
+    state.begin(points.len(), measures, first.into());
     if let Some(solid) = tree.solid() {
         let rim = solid.rim().0.len();
         state.seen.clear();
@@ -338,8 +339,7 @@ pub(super) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2
     if count > 0 {
         state.stack.reserve(ROOM);
     }
-    (state.measures, state.is_within) = (false, false);
-    (state.left, state.phase) = (count, if count > 0 { Phase::Start } else { Phase::Idle });
+    state.begin(count, false, DVec3::ZERO);
 }
 
 /// True if the workspace has stopped in a run about these points.
@@ -348,7 +348,7 @@ fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
     let done = state.found.len();
     state.measures == measures
         && done + state.left == points.len()
-        && (state.phase == Phase::Start || points.get(done) == Some(&state.point.to_array()))
+        && points.get(done) == Some(&state.point.to_array())
 }
 
 /// Continues the run about these points in the workspace until it is over or the deadline stops it.

@@ -88,6 +88,15 @@ impl PointState {
         self.found.clear();
     }
 
+    /// Prepares for the first of `count` points, `point`. Nothing that is told of it is of a point
+    /// before.
+    pub fn begin(&mut self, count: usize, measures: bool, point: DVec3) {
+        (self.measures, self.is_within) = (measures, false);
+        (self.left, self.point) = (count, point);
+        self.phase = if count > 0 { Phase::Start } else { Phase::Idle };
+        (self.count, self.winding) = (Count::default(), None);
+    }
+
     /// Makes room for the bounds of this many points.
     pub fn reserve(&mut self, points: usize) {
         self.found.reserve_all(points);

@@ -18,7 +18,6 @@ use crate::query::outcome::StopReason;
 use crate::query::queue::{Origin, Pair};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::tree::WIDTH;
-use core::slice;
 use punctual_geom::Ray;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
@@ -28,19 +27,14 @@ use punctual_geom::triangle::ray::batch::candidates;
 /// The question what rays hit.
 pub(super) struct Cast<'q> {
     mode: RayMode,
-    /// The current ray and those after it, and the slots of their hits.
+    /// The current ray and those after it.
     rays: &'q [Ray],
-    hits: slice::IterMut<'q, Option<RayHit>>,
 }
 
 impl<'q> Cast<'q> {
     /// Continues with the first of `rays`, which must not be empty.
-    pub fn new(rays: &'q [Ray], mode: RayMode, hits: &'q mut [Option<RayHit>]) -> Self {
-        Self {
-            mode,
-            rays,
-            hits: hits.iter_mut(),
-        }
+    pub fn new(rays: &'q [Ray], mode: RayMode) -> Self {
+        Self { mode, rays }
     }
 }
 
@@ -203,13 +197,13 @@ impl Traversal<'_, '_, Cast<'_>> {
     /// Continues with the next ray of the batch, if there is one.
     #[inline(always)]
     fn next_ray(&mut self) -> Option<(Pair, Origin)> {
-        let Cast { rays, hits, .. } = &mut self.question;
+        let rays = &mut self.question.rays;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
         let state = &mut self.workspace.rays;
         // Field by field, as it was found: loading what several stores wrote would wait until all
         // are in the cache.
-        let answer = hits.next()?;
-        *answer = None;
+        state.first_hits.push(None);
+        let answer = state.first_hits.last_mut()?;
         if let Some(RayHit { triangle, t, side }) = state.hit {
             *answer = Some(RayHit { triangle, t, side });
             state.hit = None;

@@ -19,8 +19,9 @@ use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use crate::tree::local_ray::LocalRay;
 use cast::{Cast, ROOT, entered, entry};
-use core::{mem, slice};
+use core::slice;
 use punctual_geom::{Pose, Ray};
+use state::RayState;
 pub use state::{RayHit, RayMode};
 
 /// Asks what a ray or a segment hits ([`Query::ray`]).
@@ -124,7 +125,8 @@ impl Ask<RayCast> for Query<'_, RayCast> {
         if self.asked.solid {
             // The root follows when the origin is done.
             workspace.frontier.clear();
-            point::begin_points(self.a, workspace, 1, false);
+            let origin = self.asked.ray.origin().to_array();
+            point::begin_points(self.a, workspace, slice::from_ref(&origin), false);
             workspace.rays.locates = true;
         }
     }
@@ -147,7 +149,7 @@ impl Ask<RayCast> for Query<'_, RayCast> {
             workspace.rays.locates = false;
             push_root(self.a, workspace);
         }
-        let stop = advance(self.a, workspace, rays, &mut [None], deadline);
+        let stop = advance(self.a, workspace, rays, deadline);
         if *mode == RayMode::Any && workspace.rays.hit.is_some() && stop.is_final() {
             StopReason::FirstHit
         } else {
@@ -231,7 +233,7 @@ impl<'r> Ask<Rays<'r>> for Query<'_, Rays<'r>> {
     fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
         let count = self.asked.rays.len();
         begin(self.a, workspace, count, self.asked.mode);
-        workspace.rays.first_hits.resize(count, None);
+        workspace.rays.first_hits.reserve_all(count);
     }
 
     fn advance(
@@ -240,9 +242,14 @@ impl<'r> Ask<Rays<'r>> for Query<'_, Rays<'r>> {
         _: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let mut hits = mem::take(&mut *workspace.rays.first_hits);
-        let stop = advance(self.a, workspace, self.asked.rays, &mut hits, deadline);
-        *workspace.rays.first_hits = hits;
+        let stop = advance(self.a, workspace, self.asked.rays, deadline);
+        if stop.is_final() {
+            // The last hit; all of them if the mesh is empty.
+            let RayState {
+                first_hits, hit, ..
+            } = &mut workspace.rays;
+            first_hits.resize(self.asked.rays.len(), *hit);
+        }
         stop
     }
 
@@ -284,13 +291,12 @@ fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
         && rays.get(state.done) == state.ray.as_ref()
 }
 
-/// Continues the run of these rays in the workspace until it is over or the deadline stops it.
-/// Their hits go to `hits`.
+/// Continues the run of these rays in the workspace until it is over or the deadline stops it. The
+/// hit of the last ray is left in the state.
 fn advance(
     tree: &Tree,
     workspace: &mut Workspace,
     rays: &[Ray],
-    hits: &mut [Option<RayHit>],
     deadline: &mut Deadline,
 ) -> StopReason {
     let done = workspace.rays.done.min(rays.len());
@@ -306,7 +312,7 @@ fn advance(
         StopReason::FlushedToZero
     } else {
         let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
-        let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
+        let question = Cast::new(&rays[done..], mode);
         let local_ray = &mut workspace.rays.local_ray;
         local_ray.follow(tree.unit(), &rays[done]);
         if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
@@ -317,7 +323,6 @@ fn advance(
     };
     let state = &mut workspace.rays;
     if stop.is_final() {
-        hits[state.done] = state.hit;
         state.done += 1;
     } else {
         state.ray = Some(rays[state.done]);
@@ -375,7 +380,7 @@ pub(super) fn cast_alone(
         workspace.frontier.push(entered(ROOT, 0.0));
     }
     let found = workspace.run.stats.found;
-    let stop = advance(tree, workspace, slice::from_ref(ray), &mut [None], deadline);
+    let stop = advance(tree, workspace, slice::from_ref(ray), deadline);
     workspace.run.stats.found = found;
     if stop.is_final() {
         Ok(workspace.rays.hit)

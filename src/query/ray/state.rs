@@ -87,7 +87,7 @@ pub(crate) struct RayState {
     pub local_ray: LocalRay,
     /// The hits of [`RayMode::All`], in order of discovery.
     pub hits: Room<RayHit>,
-    /// The hits of a batch, one for each ray.
+    /// The hits of a batch, one for each ray done.
     pub first_hits: Room<Option<RayHit>>,
 }
 

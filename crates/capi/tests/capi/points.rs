@@ -117,6 +117,110 @@ fn points_are_those_of_rust() {
     }
 }
 
+/// Each question after each other one, in one workspace, with budgets that leave no room for it.
+#[test]
+fn a_question_without_room_tells_nothing_of_the_one_before() {
+    let (knot, _) = solid();
+    let solid = punctual_build_options {
+        solid: punctual_solid::Keep as usize,
+        ..Default::default()
+    };
+    let ball = owned(|mesh| punctual_shape_icosphere(2, mesh));
+    let ball = owned(|tree| unsafe { punctual_tree_new(Some(&ball), asked(Some(&solid)), tree) });
+    let trees = [&*knot, &*ball];
+    // On the surface of the ball, inside of it, and far away.
+    let places = [[0.0, 0.0, 1.0], [0.1, 0.2, 0.3], [30.0, 0.0, 0.0]];
+    let ask = |what: usize, i: usize, workspace: &mut punctual_workspace, work: u64| {
+        let (tree, other) = (trees[i % 2], trees[1 - i % 2]);
+        let mut pose = raw(&punctual::Pose::IDENTITY);
+        pose.m[3] = i as f64;
+        let (workspace, budget) = (Some(workspace), punctual_budget_work(work));
+        let (query, of) = (punctual_query_new, (Some(tree), Some(other)));
+        // SAFETY: arrays as long as said, no clock of the caller's.
+        unsafe {
+            match what {
+                0 => {
+                    let mut bounds = [MaybeUninit::<punctual_point_bounds>::uninit(); 1];
+                    let place = [places[i]];
+                    let room = bounds.as_mut_ptr().cast();
+                    let said =
+                        made(|out| spend(false, Some(tree), &place, 1, workspace, work, room, out));
+                    let done = (said.done > 0).then(|| bounds[0].assume_init());
+                    format!(
+                        "{said:?} {:?}",
+                        done.map(|done| (done.winding, done.low, done.high))
+                    )
+                }
+                1 => {
+                    let [x, y, z] = places[i];
+                    let ray = punctual_ray_new(
+                        punctual_point { x, y, z },
+                        punctual_point { x: 1.0, ..NO_POINT },
+                    );
+                    let mut query = punctual_ray_query_new(Some(tree), ray);
+                    query.solid = 1;
+                    let said = made(|out| {
+                        punctual_ray_query_run(&query, workspace, budget, None, slot(out))
+                    });
+                    format!("{said:?}")
+                }
+                2 => {
+                    let query = query(of.0, of.1, pose);
+                    format!("{:?}", made(|out| run(&query, workspace, budget, out)))
+                }
+                3 => {
+                    let query = punctual_distance_query_new(of.0, of.1, pose);
+                    let said = made(|out| {
+                        punctual_distance_query_run(
+                            &query,
+                            workspace,
+                            None,
+                            budget,
+                            None,
+                            slot(out),
+                        )
+                    });
+                    format!("{said:?}")
+                }
+                _ => {
+                    let query = punctual_manifold_query_new(of.0, of.1, pose);
+                    let said = made(|out| {
+                        punctual_manifold_query_run(
+                            &query,
+                            workspace,
+                            None,
+                            budget,
+                            None,
+                            slot(out),
+                        )
+                    });
+                    format!("{said:?}")
+                }
+            }
+        }
+    };
+    let all: Vec<_> = (0..5)
+        .flat_map(|what| (0..3).map(move |i| (what, i)))
+        .collect();
+    let mut used = owned(|out| punctual_workspace_new(out));
+    for &(what, i) in &all {
+        for work in [0, 1, 400, 2_000] {
+            let mut fresh = owned(|out| punctual_workspace_new(out));
+            let expected = ask(what, i, &mut fresh, work);
+            for &(earlier, j) in &all {
+                for stop in [1, 700, u64::MAX] {
+                    ask(earlier, j, &mut used, stop);
+                    let said = ask(what, i, &mut used, work);
+                    assert_eq!(
+                        said, expected,
+                        "{what} {i} after {earlier} {j}, {work} after {stop}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 #[track_caller]
 fn refused(status: Status, expected: Status, text: &str) {
     assert_eq!((status, last_error().as_str()), (expected, text));
