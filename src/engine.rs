@@ -11,4 +11,5 @@ pub use crate::query::{
     flushing_matters,
 };
 pub use crate::sets::{find, unite};
+pub use crate::tree::Convex;
 pub use crate::tree::inside::{Count, crossings, inside};

@@ -23,6 +23,7 @@ mod binary;
 mod bins;
 mod bounds;
 mod collapse;
+mod convex;
 mod eight;
 mod extremes;
 mod file;
@@ -42,6 +43,8 @@ mod update;
 mod validate;
 mod wide;
 
+#[doc(hidden)]
+pub use convex::Convex;
 pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
 pub use options::{BuildOptions, Effort};

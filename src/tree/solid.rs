@@ -9,6 +9,7 @@
 //! opposite directions are balanced. What is left (seams, soups, open edges) is sorted by position.
 //! An indexed closed mesh leaves nothing. `O(n log n)` at worst.
 
+use super::convex::{Convex, convex};
 use super::{Tree, inside};
 use crate::mesh::Mesh;
 use crate::sets::{find, unite};
@@ -48,6 +49,8 @@ pub struct Solidity {
     rim: Box<[u32]>,
     /// The edges that are used once more in this direction than in the other: indices of the rim.
     open: Box<[[u32; 2]]>,
+    /// What is known of each component that is convex.
+    convex: Box<[Option<Convex>]>,
 }
 
 /// A connected component: triangles joined across edges.
@@ -148,8 +151,19 @@ impl Solidity {
         of(&self.component_of, triangle as usize) as u32
     }
 
+    /// What is known of each component that is convex.
+    #[doc(hidden)]
+    pub fn convex(&self) -> &[Option<Convex>] {
+        &self.convex
+    }
+
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.components) + size_of_val(&*self.component_of) + size_of_val(&*self.open)
+        let convex = self.convex.iter().flatten();
+        size_of_val(&*self.components)
+            + size_of_val(&*self.component_of)
+            + size_of_val(&*self.open)
+            + size_of_val(&*self.convex)
+            + convex.map(|one| size_of_val(&*one.corners)).sum::<usize>()
     }
 
     /// The closedness of a tree. `O(n log n)`; `O(n)` if few edges differ in vertex indices.
@@ -168,8 +182,10 @@ impl Solidity {
             component_of: component_of.into(),
             rim,
             open,
+            convex: Box::default(),
         };
         solid.find_inside_out(tree, &sizes);
+        solid.convex = convex(tree, &solid);
         solid
     }
 
@@ -339,13 +355,13 @@ fn loose_edges(tree: &Tree, sets: &mut [u32]) -> Vec<Loose> {
 }
 
 /// The vertices of an edge.
-fn ends(tree: &Tree, edge: u32) -> [u32; 2] {
+pub(super) fn ends(tree: &Tree, edge: u32) -> [u32; 2] {
     let (corners, k) = (tree.corners[edge as usize / 3], edge as usize % 3);
     [corners[k], corners[(k + 1) % 3]]
 }
 
 /// The coordinates of a vertex as bits: equal if the positions are equal.
-fn position(mesh: &Mesh, vertex: u32) -> [u64; 3] {
+pub(super) fn position(mesh: &Mesh, vertex: u32) -> [u64; 3] {
     // Adding zero makes a positive zero of a negative one.
     (mesh.vertex(vertex as usize) + DVec3::ZERO)
         .to_array()

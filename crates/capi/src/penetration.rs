@@ -19,6 +19,19 @@ use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
 #[derive(Debug)]
 pub struct punctual_penetration_workspace(Handle<PenetrationWorkspace>);
 
+/// Whether two bodies penetrate each other deeper than the `deeper_than` of a query.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_deeper {
+    /// Not known: the budget ended first, it was not asked, or the depth is the limit up to the rounding of numbers as
+    /// large as the meshes.
+    Undecided = 0,
+    /// Proven: no translation that is as short as the limit parts them.
+    Yes = 1,
+    /// Proven: a translation no longer than the limit parts them.
+    No = 2,
+}
+
 /// The question how far B has to be moved, at least, until the bodies are apart. Plain data, made by
 /// `punctual_penetration_query_new`, one for each pose; it borrows the trees. To resume a query, all of it must be what it was.
 #[repr(C)]
@@ -40,9 +53,14 @@ pub struct punctual_penetration_query<'t> {
     pub b_in_a: punctual_pose,
     /// Finished as soon as high <= (1 + this) low; 0.001 by default. Negative values and NaN count as 0.
     pub relative_tolerance: f64,
+    /// Finished as soon as high <= low + this, too; 0 by default. Negative values and NaN count as 0.
+    pub absolute_tolerance: f64,
+    /// Finished as soon as it is known whether the bodies penetrate each other deeper than this, whatever the tolerances;
+    /// infinite by default, which asks nothing. Negative values and NaN count as 0.
+    pub deeper_than: f64,
 }
 
-grows!(punctual_penetration_query<'_>: size, relative_tolerance..relative_tolerance);
+grows!(punctual_penetration_query<'_>: size, relative_tolerance..deeper_than);
 
 /// The answer: low <= depth <= high, both proven, also where a budget ended the query. Lengths are in the unit of the meshes.
 #[repr(C)]
@@ -63,6 +81,8 @@ pub struct punctual_penetration {
     pub b_in_a: punctual_pose,
     /// Why it returned.
     pub stop: punctual_stop_reason,
+    /// The answer to `deeper_than`.
+    pub deeper: punctual_deeper,
     /// Units of work, resumed calls included.
     pub work: u64,
     /// Time in nanoseconds, resumed calls included; -1 if it was not measured, which it is only under a time budget.
@@ -81,6 +101,8 @@ impl Default for punctual_penetration_query<'_> {
             b: None,
             b_in_a: (&Pose::IDENTITY).into(),
             relative_tolerance: 1e-3,
+            absolute_tolerance: 0.0,
+            deeper_than: f64::INFINITY,
         }
     }
 }
@@ -207,7 +229,9 @@ impl<'t> punctual_penetration_query<'t> {
         let [a, b] = trees(self.a, self.b)?;
         let query = PenetrationQuery::new(a, b, self.b_in_a.check()?);
         let query = query.solid(self.solid != 0).push_only(self.push_only != 0);
-        Ok(query.relative_tolerance(self.relative_tolerance))
+        let query = query.relative_tolerance(self.relative_tolerance);
+        let query = query.absolute_tolerance(self.absolute_tolerance);
+        Ok(query.deeper_than(self.deeper_than))
     }
 }
 
@@ -218,6 +242,7 @@ impl From<punctual::Answer<Penetration>> for punctual_penetration {
             high,
             direction,
             b_in_a,
+            deeper,
             ..
         } = found.value;
         Self {
@@ -228,6 +253,11 @@ impl From<punctual::Answer<Penetration>> for punctual_penetration {
             high,
             b_in_a: (&b_in_a).into(),
             stop: found.stop.into(),
+            deeper: match deeper {
+                None => punctual_deeper::Undecided,
+                Some(true) => punctual_deeper::Yes,
+                Some(false) => punctual_deeper::No,
+            },
             work: found.stats.work,
             elapsed: nanoseconds(found.stats.elapsed),
         }

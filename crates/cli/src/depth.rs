@@ -19,7 +19,7 @@ use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size, pr
 /// direction, in A's frame, in which B has to be moved by high: an exact query, run to its end at that pose, found them apart.
 /// Where they are apart anyway, low and high are 0 and n is empty; where the budget ended before a push was found, high is inf
 /// and n is empty. ns is the least time of all sweeps; stop tells why the query ended, or error; work is in work units. All
-/// but ns are of the first sweep. Lengths are in the unit of the meshes.
+/// but ns are of the first sweep. deeper, the last column, is there with --deeper-than: yes or no, both proven, or undecided. Lengths are in the unit of the meshes.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -30,6 +30,12 @@ pub struct Args {
     /// Stop as soon as high <= (1 + E) low.
     #[arg(long, value_name = "E", value_parser = parse_size, allow_negative_numbers = true)]
     rel: Option<f64>,
+    /// Stop as soon as high - low <= E, too.
+    #[arg(long, value_name = "E", value_parser = parse_size, allow_negative_numbers = true)]
+    abs: Option<f64>,
+    /// Ask only whether the depth is more than D, and stop as soon as that is known. The column deeper has the answer.
+    #[arg(long, value_name = "D", value_parser = parse_size, allow_negative_numbers = true, conflicts_with_all = ["rel", "abs"])]
+    deeper_than: Option<f64>,
     #[command(flatten)]
     running: Running,
 }
@@ -47,7 +53,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         args.sweep(&a, &b, &poses, &mut workspace)
     });
     print_source(out, build)?;
-    print(out, &rows)?;
+    print(out, &rows, args.deeper_than.is_some())?;
     Ok(completion)
 }
 
@@ -64,6 +70,8 @@ impl Args {
         let mut answer = |&pose: &Pose| {
             let start = Instant::now();
             let query = PenetrationQuery::new(a, b, pose).solid(self.solid);
+            let query = query.absolute_tolerance(self.abs.unwrap_or(0.0));
+            let query = query.deeper_than(self.deeper_than.unwrap_or(f64::INFINITY));
             let query = match self.rel {
                 Some(share) => query.relative_tolerance(share),
                 None => query,
@@ -78,11 +86,16 @@ impl Args {
     }
 }
 
-fn print(out: &mut impl Write, rows: &[Row<Answer<Penetration>>]) -> io::Result<()> {
-    writeln!(out, "pose,low,high,nx,ny,nz,ns,stop,work")?;
+fn print(
+    out: &mut impl Write,
+    rows: &[Row<Answer<Penetration>>],
+    asks_limit: bool,
+) -> io::Result<()> {
+    let [header, none] = if asks_limit { [",deeper", ","] } else { [""; 2] };
+    writeln!(out, "pose,low,high,nx,ny,nz,ns,stop,work{header}")?;
     for (i, row) in rows.iter().enumerate() {
         let Some((said, least)) = row else {
-            writeln!(out, "{i},,,,,,0,error,0")?;
+            writeln!(out, "{i},,,,,,0,error,0{none}")?;
             continue;
         };
         let Penetration { low, high, .. } = said.value;
@@ -92,7 +105,13 @@ fn print(out: &mut impl Write, rows: &[Row<Answer<Penetration>>]) -> io::Result<
             None => write!(out, ",,")?,
         }
         let (ns, stop, work) = (least.as_nanos(), said.stop, said.stats.work);
-        writeln!(out, ",{ns},{stop},{work}")?;
+        let deeper = match said.value.deeper {
+            _ if !asks_limit => "",
+            None => ",undecided",
+            Some(true) => ",yes",
+            Some(false) => ",no",
+        };
+        writeln!(out, ",{ns},{stop},{work}{deeper}")?;
     }
     Ok(())
 }

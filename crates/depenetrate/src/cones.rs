@@ -2,7 +2,7 @@
 //! split.
 
 use super::cover::{Advance, Cone};
-use super::machine::{Hand, Job, Machine, STEP, Step};
+use super::machine::{Hand, Job, Machine, RESOLUTION, STEP, Step};
 use super::pushes::Push;
 use super::sets::{CONES, WORK_PER_BOX, WORK_PER_SET};
 use core::cmp::Reverse;
@@ -23,7 +23,7 @@ impl Machine<'_, '_, '_> {
         let rounding = self.state.rounding;
         if let Some((margin, pair)) = &self.state.widest
             && !self.asked.asked.push_only
-            && 0.9 * margin > 64.0 * rounding
+            && 0.9 * margin > RESOLUTION * rounding
             && pair.fills_cube(0.9 * margin)
         {
             let radius = 0.9 * margin - 8.0 * rounding;
@@ -32,7 +32,7 @@ impl Machine<'_, '_, '_> {
         let radius = self.state.low;
         self.state.job = if !self.state.seeds.is_empty() && radius < DEEP * self.state.high {
             Job::Grow
-        } else if radius <= 64.0 * rounding {
+        } else if radius <= RESOLUTION * rounding {
             self.explore_all()
         } else {
             self.state.seeds.clear();
@@ -90,7 +90,7 @@ impl Machine<'_, '_, '_> {
         self.begin(STEP)?;
         let (sets, bounds, high) = (&*self.sets, rays.bounds(), self.state.high);
         let mut work = 64;
-        while next < sets.len() && work < STEP - WORK_PER_SET - WORK_PER_PROOF {
+        while next < sets.len() && work <= STEP - WORK_PER_BOX - WORK_PER_SET - WORK_PER_PROOF {
             work += WORK_PER_BOX;
             if sets.may_hold(next, &rays, bounds) {
                 work += WORK_PER_SET;

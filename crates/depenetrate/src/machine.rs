@@ -5,6 +5,7 @@
 //! the question continues, since its workspace knows it. So a job changes nothing before the answer.
 
 use super::balls::Seed;
+use super::convex::Support;
 use super::cover::{Advance, Cone};
 use super::directions::Segments;
 use super::pushes::{Faces, Push};
@@ -28,12 +29,17 @@ pub(super) const CONTACTS: usize = 128;
 /// `docs/numerics.md`.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
+/// Bounds that differ by this many roundings are not brought closer together.
+pub(super) const RESOLUTION: f64 = 64.0;
+
 /// The error is the reason why a call ends.
 pub(super) type Step<T = ()> = Result<T, StopReason>;
 
 /// What the search does next.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Job {
+    /// Searches the depth of a pair of convex components.
+    Convex(Support),
     /// Lists the contacts at the pose, or just outside of the cone in hand.
     List,
     /// Reads the contacts from this index on.
@@ -76,6 +82,9 @@ pub(super) struct State {
     pub segments: Option<Segments>,
     /// Of the contacts at the pose, the pair of triangles with the largest margin.
     pub widest: Option<(f64, Pair)>,
+    /// Of pairs of convex components the deepest: the direction and the length of a push that
+    /// separates the two.
+    pub deepest: Option<(DVec3, f64)>,
     /// Directions to explore, the last one first.
     pub likely: ArrayVec<DVec3, 40>,
     /// Length of the best push before its direction was turned last, infinite before the first
@@ -139,6 +148,7 @@ impl State {
             memory: PairMemory::without_clearance(),
             segments: None,
             widest: None,
+            deepest: None,
             likely: ArrayVec::new(),
             turned: None,
             faces: Faces::new(),
@@ -159,8 +169,14 @@ impl State {
 
     pub fn is_over(&self) -> bool {
         let (_, asked) = self.key;
+        let resolved = RESOLUTION * self.rounding;
+        let width = match asked.limit {
+            f64::INFINITY => (asked.tolerance * self.low).max(asked.absolute_tolerance),
+            // The limit is the question.
+            _ => 0.0,
+        };
         matches!(self.job, Job::Over)
-            || self.high <= (1.0 + asked.tolerance) * self.low
+            || self.high <= self.low + width.max(resolved)
             || self.deeper().is_some()
     }
 
@@ -234,6 +250,7 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
 
     fn step(&mut self) -> Step {
         match self.state.job {
+            Job::Convex(support) => self.convex(support),
             Job::List => self.list(),
             Job::Read(next) => self.read(next),
             Job::Explore => self.explore(),

@@ -5,9 +5,10 @@
 use super::cover::Cone;
 use super::directions::{Segments, WORK_PER_SEGMENT};
 use super::machine::{CONTACTS, Job, Machine, STEP, Step};
-use super::sets::{Face, Pair, unit};
+use super::sets::{Face, Pair, WORK_TO_LEAVE, unit};
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual::prediction::MAX_STEP_WORK;
 use punctual::{Query, Verdict};
 
 /// Contacts that are read at a pushed pose.
@@ -15,6 +16,10 @@ const CONTACTS_AHEAD: usize = 48;
 
 /// Work to make a pair.
 const WORK_PER_NEW_PAIR: u64 = 400;
+
+/// Work of a push besides its query and the known pairs, and of polishing one.
+const WORK_PER_PUSH: u64 = 600;
+const _: () = assert!(MAX_STEP_WORK + WORK_PER_PUSH + WORK_TO_LEAVE <= STEP);
 
 /// Length of the first push in another direction, relative to the best push.
 const SHORTER: f64 = 0.98;
@@ -85,6 +90,8 @@ pub(super) struct Push {
     obstacle: Option<(Verdict, f64)>,
     /// The push polishes the best one.
     polishes: bool,
+    /// The length to try first, if one is expected to separate.
+    guess: Option<f64>,
     /// The length to try next, if bisection or growth does not give it.
     next: Option<f64>,
 }
@@ -126,7 +133,7 @@ impl Machine<'_, '_, '_> {
         state.job = match (verdict, &state.hand) {
             (Verdict::Intersecting { .. }, _) => Job::Read(0),
             (Verdict::Separated, None) => {
-                state.high = 0.0;
+                (state.high, state.direction) = (0.0, DVec3::ZERO);
                 Job::Over
             }
             (Verdict::Separated, Some(_)) => {
@@ -186,6 +193,14 @@ impl Machine<'_, '_, '_> {
     /// Takes the next of the likely directions, unless the known pairs block it up to the goal.
     pub(super) fn explore(&mut self) -> Step {
         self.begin(STEP)?;
+        if let Some((direction, length)) = self.state.deepest.take() {
+            self.spend(64);
+            self.state.job = Job::Push(Push {
+                guess: Some(length),
+                ..Push::new(direction, 0.0)
+            });
+            return Ok(());
+        }
         self.state.job = match self.state.likely.pop() {
             Some(direction) => {
                 let push = self.leave(Push::new(direction, 0.0));
@@ -270,10 +285,13 @@ impl Machine<'_, '_, '_> {
             Some(high) => next_before(high).unwrap_or(0.5 * (push.low + high)),
             None if push.polishes => next_before(last).unwrap_or(last),
             None if is_known => last,
+            None if push.guess.is_some_and(|guess| guess > push.low) => {
+                push.guess.take().unwrap_or(longest)
+            }
             None => (GROWTH * push.low).max(FIRST * longest).min(longest),
         };
         let obstacle = self.obstacle(push.direction * length)?;
-        self.spend(600);
+        self.spend(WORK_PER_PUSH);
         let is_over = if obstacle == Verdict::Separated {
             self.state.separates(push.direction, length);
             push.high = Some(length);
@@ -337,7 +355,7 @@ impl Machine<'_, '_, '_> {
         }
         faces.try_push(push.face?).ok()?;
         let shortest = shortest(faces)?;
-        self.spend(600);
+        self.spend(WORK_PER_PUSH);
         let length = punctual_geom::length(shortest);
         if length >= high * (1.0 - LEAST_GAIN) {
             return None;

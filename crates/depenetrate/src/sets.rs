@@ -7,6 +7,7 @@
 //! Two points, of which one or both are centers of balls inside of their bodies, give a ball of
 //! translations: the bodies meet wherever the two balls overlap.
 
+use super::convex::Polytope;
 use super::cover::{Cone, Rays};
 use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
@@ -26,8 +27,9 @@ pub(super) const CONES: usize = 4096;
 pub(super) const WORK_PER_BOX: u64 = 4;
 pub(super) const WORK_PER_SET: u64 = 80;
 
-/// Work after which no more pairs are intersected with a direction.
-const MOST_WORK: u64 = PAIRS as u64 * WORK_PER_BOX + 24 * WORK_PER_SET;
+/// Work after which no more pairs are intersected with a direction, and maximum work of that.
+const MOST_WORK: u64 = PAIRS as u64 * WORK_PER_BOX + 11 * WORK_PER_SET;
+pub(super) const WORK_TO_LEAVE: u64 = MOST_WORK + WORK_PER_SET;
 
 /// A convex set of translations of B at which the bodies meet.
 pub(super) trait Convex {
@@ -228,6 +230,7 @@ pub(super) struct Sets {
     pub cones: Vec<Cone>,
     /// The cones that wait, least radius first: the bits of the radius, and the index.
     pub open: BinaryHeap<Reverse<(u64, usize)>>,
+    pub polytope: Polytope,
 }
 
 impl Sets {
@@ -242,6 +245,7 @@ impl Sets {
             next_ball: 0,
             cones: Vec::with_capacity(CONES),
             open: BinaryHeap::with_capacity(CONES),
+            polytope: Polytope::new(),
         }
     }
 
@@ -252,6 +256,7 @@ impl Sets {
         self.balls.clear();
         self.cones.clear();
         self.open.clear();
+        self.polytope.clear();
         (self.next_pair, self.next_point, self.next_ball) = (0, 0, 0);
     }
 

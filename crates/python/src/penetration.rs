@@ -2,7 +2,7 @@
 
 use crate::answer::Answer;
 use crate::arrays::{Transform, column, table};
-use crate::errors::not_solid;
+use crate::errors::{finite, not_negative, not_solid};
 use crate::limit::Limit;
 use crate::tree::Surface;
 use numpy::{PyArray1, PyArray2};
@@ -49,6 +49,12 @@ impl Penetration {
         self.0.direction.map(matrix).transpose()
     }
 
+    /// Whether they penetrate each other deeper than `deeper_than`, proven; None if that is undecided, or was not asked.
+    #[getter]
+    fn deeper(&self) -> Option<bool> {
+        self.0.deeper
+    }
+
     fn __repr__(&self) -> String {
         let punctual_depenetrate::Penetration { low, high, .. } = self.0;
         format!("<punctual3d.Penetration: {low} to {high}>")
@@ -65,11 +71,14 @@ const LAST: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 /// of trees that were built with `solid="flip"` as solids, so that one inside of the other penetrates it. Raises
 /// ValueError if neither was.
 /// push_only: look only for a short translation, so that low stays 0; finished when 32 directions all around were tried and the
-/// best one turned. relative_tolerance: stop as soon as high <= (1 + relative_tolerance) low. budget: seconds; work: units of work.
+/// best one turned. relative_tolerance: stop as soon as high <= (1 + relative_tolerance) low; 0.001 by default.
+/// absolute_tolerance: stop as soon as high <= low + absolute_tolerance, too. deeper_than: ask only whether they penetrate each
+/// other deeper than this length, whatever the tolerances; `deeper` has the answer. budget: seconds; work: units of work.
 ///
 /// Raises ValueError for a T that is not rigid, and TypeError for wrong types.
 #[pyfunction]
-#[pyo3(signature = (a, b, T=None, *, solid=false, push_only=false, relative_tolerance=None, budget=None, work=None))]
+#[pyo3(signature = (a, b, T=None, *, solid=false, push_only=false, relative_tolerance=None,
+    absolute_tolerance=None, deeper_than=None, budget=None, work=None))]
 #[expect(
     non_snake_case,
     clippy::too_many_arguments,
@@ -83,6 +92,8 @@ pub fn penetration<'py>(
     solid: bool,
     push_only: bool,
     relative_tolerance: Option<f64>,
+    absolute_tolerance: Option<f64>,
+    deeper_than: Option<f64>,
     budget: Option<f64>,
     work: Option<u64>,
 ) -> PyResult<Bound<'py, Penetration>> {
@@ -93,10 +104,18 @@ pub fn penetration<'py>(
     }
     let query = PenetrationQuery::new(a, b, T.unwrap_or_default().0).solid(solid);
     let query = query.push_only(push_only);
-    let query = match relative_tolerance {
-        Some(share) => query.relative_tolerance(share),
-        None => query,
-    };
+    finite([
+        ("relative_tolerance", relative_tolerance),
+        ("absolute_tolerance", absolute_tolerance),
+    ])?;
+    not_negative([("deeper_than", deeper_than)])?;
+    let mut query = query.absolute_tolerance(absolute_tolerance.unwrap_or(0.0));
+    if let Some(share) = relative_tolerance {
+        query = query.relative_tolerance(share);
+    }
+    if let Some(length) = deeper_than {
+        query = query.deeper_than(length);
+    }
     let run = |clock: &dyn Clock| {
         with_workspace(|workspace| query.run(workspace, limit.budget().clock(clock)))
     };

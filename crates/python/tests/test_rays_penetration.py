@@ -166,6 +166,15 @@ def test_a_penetration_is_bounded_from_both_sides():
         depth = punctual3d.penetration(cube, cube, pose, solid=solid, work=10_000_000)
         assert 0.24 < depth.low <= 0.25 <= depth.high < 0.253 and depth.stop == "finished"
         assert np.linalg.norm(depth.direction) == pytest.approx(1) and depth.direction[0] > 0.99
+    for limit, deeper in ((0.2, True), (0.3, False), (0.25 - 1e-9, True), (0.25 + 1e-9, False)):
+        found = punctual3d.penetration(cube, cube, pose, solid=True, deeper_than=limit)
+        assert (found.deeper, found.stop) == (deeper, "finished")
+    assert depth.deeper is None
+    rough = punctual3d.penetration(cube, cube, pose, absolute_tolerance=10.0, relative_tolerance=0.0)
+    assert rough.low <= 0.25 <= rough.high and rough.stop == "finished"
+    for name in ("deeper_than", "absolute_tolerance", "relative_tolerance"):
+        with pytest.raises(ValueError, match=name):
+            punctual3d.penetration(cube, cube, pose, **{name: -1.0})
     less = punctual3d.penetration(cube, cube, pose, work=10)
     assert less.low <= 0.25 <= less.high and less.stop == "work-limit"
     inside = punctual3d.penetration(cube, small, solid=True, work=3_000_000)

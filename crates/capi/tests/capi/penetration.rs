@@ -42,8 +42,15 @@ fn same(said: &punctual_penetration, expected: &Answer<Penetration>) {
         high,
         direction,
         b_in_a,
+        deeper,
         ..
     } = expected.value;
+    let deeper = match deeper {
+        None => punctual_deeper::Undecided,
+        Some(true) => punctual_deeper::Yes,
+        Some(false) => punctual_deeper::No,
+    };
+    assert_eq!(said.deeper, deeper);
     let n = direction.unwrap_or(DVec3::ZERO);
     assert_eq!((said.low, said.high), (low, high));
     assert_eq!(
@@ -99,6 +106,36 @@ fn penetrations_are_those_of_rust() {
     assert!(pushes == 3 && resumed > 0, "{pushes} {resumed}");
     punctual_penetration_workspace_free(Some(workspace));
     punctual_penetration_workspace_free(None);
+}
+
+#[test]
+fn limits_and_tolerances_are_those_of_rust() {
+    let options = punctual_build_options {
+        solid: 1,
+        ..punctual_build_options_default()
+    };
+    // SAFETY: the options are as large as said.
+    let ours = owned(|out| unsafe { punctual_tree_new(Some(&knot()), &options, out) });
+    let solid = BuildOptions::default().solid(Solid::Flip);
+    let theirs = Tree::with_options(shapes::torus_knot(2, 3, 0.2, 96), &solid);
+    let mut workspace = owned(|out| punctual_penetration_workspace_new(out));
+    let (mut other, mut decided) = (PenetrationWorkspace::new(), 0);
+    let query = punctual_penetration_query_new(Some(&ours), Some(&ours), raw(&tilted()));
+    assert_eq!((query.absolute_tolerance, query.deeper_than), (0.0, f64::INFINITY));
+    for (length, limit) in [(0.0, 1e-6), (0.0, 50.0), (0.5, f64::INFINITY)] {
+        let query = punctual_penetration_query {
+            absolute_tolerance: length,
+            deeper_than: limit,
+            ..query
+        };
+        let native = PenetrationQuery::new(&theirs, &theirs, tilted());
+        let native = native.absolute_tolerance(length).deeper_than(limit);
+        let said = made(|out| call(RUN, &query, Some(&mut workspace), 3_000_000, out));
+        same(&said, &native.run(&mut other, Budget::work(3_000_000)));
+        decided += usize::from(said.deeper != punctual_deeper::Undecided);
+    }
+    assert_eq!(decided, 2);
+    punctual_penetration_workspace_free(Some(workspace));
 }
 
 #[test]

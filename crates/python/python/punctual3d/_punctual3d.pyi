@@ -301,6 +301,8 @@ class Penetration(Answer):
     def direction(self) -> NDArray[np.float64] | None: ...
     @property
     def T(self) -> NDArray[np.float64] | None: ...
+    @property
+    def deeper(self) -> bool | None: ...
 
 @final
 class RayHits(Answer):
@@ -820,6 +822,8 @@ def penetration(
     solid: _Flag = False,
     push_only: _Flag = False,
     relative_tolerance: _Real | None = None,
+    absolute_tolerance: _Real | None = None,
+    deeper_than: _Real | None = None,
     budget: _Real | None = None,
     work: _Integer | None = None,
 ) -> Penetration: ...
