@@ -2980,7 +2980,8 @@ enum punctual_body_kind
   PUNCTUAL_BODY_KIND_MOVING = 0,
   /**
    * Part of the surroundings: two fixed bodies are not compared, unless their distance is asked for. It may be given new
-   * poses all the same.
+   * poses all the same: a kinematic body, which moves as the program says and which nothing pushes, is a fixed one with a
+   * new pose in each frame, or a motion (`punctual_scene_set_motion`) so that nothing slips through it.
    */
   PUNCTUAL_BODY_KIND_FIXED = 1,
 };
@@ -3061,7 +3062,8 @@ typedef struct punctual_body {
    */
   double margin;
   /**
-   * Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points.
+   * Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points,
+   * unless those of a pair are asked for (`punctual_scene_find_contacts_of`).
    */
   bool is_sensor;
   /**
@@ -3479,7 +3481,7 @@ typedef struct punctual_contact_points {
   size_t count;
   /**
    * The surfaces were at least so far apart wherever no point stands for a contact when the points were found, margins not
-   * subtracted; 0 if nothing is known.
+   * subtracted; 0 if one body is within the other, or nothing is known.
    */
   double low;
   /**
@@ -3490,6 +3492,11 @@ typedef struct punctual_contact_points {
    * Frames since this was found. As many as there were if nothing is known.
    */
   uint64_t age;
+  /**
+   * 1 if the body of the lower index was inside the other, 2 if the other was inside it, or had a vertex in it, while their
+   * surfaces did not meet; else 0. No point stands for that.
+   */
+  uint64_t within;
 } punctual_contact_points;
 
 /**
@@ -4170,6 +4177,15 @@ punctual_status punctual_scene_contact_points(const struct punctual_scene *scene
                                               size_t points_size,
                                               size_t capacity,
                                               struct punctual_contact_points *found);
+
+/**
+ * Sets how far apart bodies are found out to be whose contacts are asked for and that have none, besides their margins: up to
+ * so far, or to four fifths of their distance, `low` of `punctual_contact_points` tells it. 0 by default.
+ *
+ * Fails with BAD_ARGUMENT if it is not from 0 to 2^1000.
+ */
+punctual_status punctual_scene_set_look_ahead(struct punctual_scene *scene,
+                                              double length);
 
 /**
  * Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is asked of; 0 by default.

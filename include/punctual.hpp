@@ -757,6 +757,9 @@ public:
   [[nodiscard]] punctual_status stop_finding_contacts_of(punctual_body_id x, punctual_body_id y) noexcept {
     return punctual_scene_stop_finding_contacts_of(get(), x, y);
   }
+  [[nodiscard]] punctual_status set_look_ahead(double length) noexcept {
+    return punctual_scene_set_look_ahead(get(), length);
+  }
   [[nodiscard]] punctual_status set_question_importance(punctual_pair_question question, float importance) noexcept {
     return punctual_scene_set_question_importance(get(), question, importance);
   }

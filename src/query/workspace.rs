@@ -312,6 +312,12 @@ impl Workspace {
         self.points.reserve(points);
     }
 
+    /// Reserves room to find out whether one solid is inside another.
+    #[doc(hidden)]
+    pub fn reserve_containment(&mut self) {
+        self.points.reserve_stack();
+    }
+
     /// Removes and returns the hits of a ray, so that a query stopped with
     /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_ray_hits(&mut self) -> impl ExactSizeIterator<Item = RayHit> + '_ {

@@ -55,7 +55,8 @@ pub enum punctual_body_kind {
     /// Meets moving and fixed bodies.
     Moving = 0,
     /// Part of the surroundings: two fixed bodies are not compared, unless their distance is asked for. It may be given new
-    /// poses all the same.
+    /// poses all the same: a kinematic body, which moves as the program says and which nothing pushes, is a fixed one with a
+    /// new pose in each frame, or a motion (`punctual_scene_set_motion`) so that nothing slips through it.
     Fixed = 1,
 }
 
@@ -80,7 +81,8 @@ pub struct punctual_body<'t> {
     pub importance: f32,
     /// By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
     pub margin: f64,
-    /// Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points.
+    /// Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points,
+    /// unless those of a pair are asked for (`punctual_scene_find_contacts_of`).
     pub is_sensor: bool,
     /// Any value of yours, 0 by default; the scene ignores it.
     pub data: u64,

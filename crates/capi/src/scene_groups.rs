@@ -78,15 +78,18 @@ pub struct punctual_contact_points {
     /// How many points there are; at most 16.
     pub count: usize,
     /// The surfaces were at least so far apart wherever no point stands for a contact when the points were found, margins not
-    /// subtracted; 0 if nothing is known.
+    /// subtracted; 0 if one body is within the other, or nothing is known.
     pub low: f64,
     /// How far the surfaces have moved relative to each other since then, at most; infinite if nothing is known.
     pub drift: f64,
     /// Frames since this was found. As many as there were if nothing is known.
     pub age: u64,
+    /// 1 if the body of the lower index was inside the other, 2 if the other was inside it, or had a vertex in it, while their
+    /// surfaces did not meet; else 0. No point stands for that.
+    pub within: u64,
 }
 
-grows!(punctual_contact_points: size, count..age);
+grows!(punctual_contact_points: size, count..within);
 
 /// Puts bodies into the scene as the parts of one compound, which is at `pose`: the pose of each is its place in the frame of the
 /// compound. Parts are bodies like others, but those of one compound never meet. Where a part is, is the product of both poses,
@@ -371,8 +374,26 @@ pub unsafe extern "C" fn punctual_scene_contact_points(
             low: known.low,
             drift: known.drift,
             age: known.age,
+            within: known.within.map_or(0, |inner| {
+                let inner = punctual_body_id::from(inner).index;
+                1 + u64::from(inner == x.index.max(y.index))
+            }),
         });
         Ok(())
+    })
+}
+
+/// Sets how far apart bodies are found out to be whose contacts are asked for and that have none, besides their margins: up to
+/// so far, or to four fifths of their distance, `low` of `punctual_contact_points` tells it. 0 by default.
+///
+/// Fails with BAD_ARGUMENT if it is not from 0 to 2^1000.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_look_ahead(
+    scene: Option<&mut punctual_scene>,
+    length: f64,
+) -> punctual_status {
+    punctual_scene::alter("punctual_scene_set_look_ahead", scene, |scene| {
+        scene.set_look_ahead(length)
     })
 }
 

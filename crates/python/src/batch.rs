@@ -1,7 +1,7 @@
 //! Many poses in one call, on as many threads as asked for.
 
 use crate::errors::value_error;
-use crate::interrupt::{Attentive, BETWEEN_LOOKS, Interrupt};
+use crate::interrupt::{Attentive, BETWEEN_LOOKS, Interrupt, Progress};
 use punctual::{Clock, PairMemory, Workspace};
 use pyo3::prelude::*;
 use std::sync::Mutex;
@@ -50,17 +50,19 @@ pub fn workers(
     Ok(workers)
 }
 
-/// Calls `answer` for each number below `count`, without the interpreter's lock: the answers in order. Ends early at an
-/// error, if the user cancels the call (Ctrl-C) or there is no thread.
+/// Calls `answer` for each number below `count`, without the interpreter's lock: the answers in order. Tells `progress`
+/// every 50 ms, and at the end. Ends early at an error, also of `progress`, if the user cancels the call (Ctrl-C) or
+/// there is no thread.
 pub fn each<'m, R: Clone + Default + Send>(
     py: Python<'_>,
     count: usize,
+    progress: Option<Py<PyAny>>,
     mut workers: Vec<Worker<'m>>,
     answer: impl Fn(&mut Worker<'m>, &dyn Clock, usize) -> PyResult<R> + Sync,
 ) -> PyResult<Vec<R>> {
     let mut rows = vec![R::default(); count];
     let blocks = Mutex::new(rows.chunks_mut(BLOCK).enumerate());
-    let interrupt = Interrupt::default();
+    let (interrupt, progress) = (Interrupt::default(), Progress::new(progress, count));
     let work = |worker: &mut Worker<'m>, clock: &dyn Clock| {
         while let Some((block, rows)) = blocks.lock().ok().and_then(|mut blocks| blocks.next()) {
             if clock.is_cancelled() {
@@ -68,6 +70,7 @@ pub fn each<'m, R: Clone + Default + Send>(
             }
             for (row, at) in rows.iter_mut().zip(block * BLOCK..) {
                 *row = answer(worker, clock, at).inspect_err(|_| interrupt.set(None))?;
+                progress.add(1);
                 if interrupt.is_set() {
                     break;
                 }
@@ -76,7 +79,7 @@ pub fn each<'m, R: Clone + Default + Send>(
         Ok::<_, PyErr>(())
     };
     py.detach(|| {
-        let clock = Attentive::new(&interrupt);
+        let clock = Attentive::new(&interrupt, &progress);
         thread::scope(|scope| {
             let (own, others) = workers
                 .split_first_mut()
@@ -105,5 +108,7 @@ pub fn each<'m, R: Clone + Default + Send>(
             Ok::<_, PyErr>(())
         })
     })?;
-    interrupt.end(rows)
+    let rows = interrupt.end(rows)?;
+    progress.tell(py)?;
+    Ok(rows)
 }

@@ -150,7 +150,7 @@ impl Contacts {
 }
 
 /// Runs a query and goes on when the workspace is full, until `most` contacts are found, the nearest first.
-fn spend(
+pub fn spend(
     query: &Query<'_, punctual::contacts::Contacts>,
     workspace: &mut Workspace,
     (limit, clock): (Limit, &dyn Clock),

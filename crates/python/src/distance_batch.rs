@@ -102,13 +102,14 @@ impl DistanceBatch {
 /// poses: (N, 4, 4) matrices, or one, that bring coordinates of b into those of a. budget and work are those of each
 /// pose.
 /// threads: how many share the poses; answers under a budget of work, or none, are the same on any number of them.
-/// memory: taken along the poses in their order, for poses that follow each other; it needs threads=1. The other
+/// memory: taken along the poses in their order, for poses that follow each other; it needs threads=1. progress:
+/// a callable, told every 50 ms and at the end how many poses are done, and of how many. The other
 /// arguments are those of `distance`.
 ///
 /// Raises ValueError for a matrix that is not rigid, with its row.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, *, absolute_tolerance=None, relative_tolerance=None, margins=None, closer_than=None,
-    leave_contact_open=false, budget=None, work=None, memory=None, threads=1))]
+    leave_contact_open=false, budget=None, work=None, memory=None, threads=1, progress=None))]
 #[expect(
     clippy::too_many_arguments,
     reason = "the arguments of the Python function"
@@ -127,6 +128,7 @@ pub fn distance_batch(
     work: Option<u64>,
     mut memory: Option<PyRefMut<'_, Memory>>,
     threads: usize,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<DistanceBatch> {
     let limit = Limit::new(budget, work)?;
     let tolerances = [absolute_tolerance, relative_tolerance];
@@ -134,7 +136,7 @@ pub fn distance_batch(
     let Transforms(poses) = poses;
     let (a, b) = (&*a.arc, &*b.arc);
     let workers = workers(threads, poses.len(), lent(&mut memory))?;
-    let rows = each(py, poses.len(), workers, |worker, clock, at| {
+    let rows = each(py, poses.len(), progress, workers, |worker, clock, at| {
         let query = options.query(a, b, poses[at]);
         let Worker { workspace, memory } = worker;
         let answer = query

@@ -5,7 +5,7 @@ use punctual::clock::SystemClock;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::cell::Cell;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -52,19 +52,56 @@ impl Clock for Interrupt {
     }
 }
 
-/// The clock of the thread that made a call: it looks whether the user cancels it. Only the interpreter's main thread
-/// can see
-/// that; in others no look finds anything.
+/// How far a call with many items is: a callable that is told how many are done, and of how many.
+pub struct Progress {
+    callback: Option<Py<PyAny>>,
+    done: AtomicUsize,
+    total: usize,
+}
+
+impl Progress {
+    /// Of a call that tells nothing.
+    pub const NONE: Self = Self {
+        callback: None,
+        done: AtomicUsize::new(0),
+        total: 0,
+    };
+
+    pub fn new(callback: Option<Py<PyAny>>, total: usize) -> Self {
+        Self {
+            callback,
+            total,
+            ..Self::NONE
+        }
+    }
+
+    pub fn add(&self, items: usize) {
+        self.done.fetch_add(items, Ordering::Relaxed);
+    }
+
+    pub fn tell(&self, py: Python<'_>) -> PyResult<()> {
+        let Some(callback) = &self.callback else {
+            return Ok(());
+        };
+        let told = callback.call1(py, (self.done.load(Ordering::Relaxed), self.total));
+        told.map(drop)
+    }
+}
+
+/// The clock of the thread that made a call: it looks whether the user cancels it, and tells how far it is. Only the
+/// interpreter's main thread can see whether it is cancelled; in others no look finds anything.
 pub struct Attentive<'i> {
     interrupt: &'i Interrupt,
+    progress: &'i Progress,
     /// The last look. None before the first: most calls are shorter than what this would take.
     looked: Cell<Option<Instant>>,
 }
 
 impl<'i> Attentive<'i> {
-    pub fn new(interrupt: &'i Interrupt) -> Self {
+    pub fn new(interrupt: &'i Interrupt, progress: &'i Progress) -> Self {
         Self {
             interrupt,
+            progress,
             looked: Cell::new(None),
         }
     }
@@ -85,7 +122,8 @@ impl Clock for Attentive<'_> {
             now
         });
         if now - last >= BETWEEN_LOOKS {
-            if let Err(raised) = Python::attach(|py| py.check_signals()) {
+            let look = |py: Python<'_>| py.check_signals().and_then(|()| self.progress.tell(py));
+            if let Err(raised) = Python::attach(look) {
                 self.interrupt.set(Some(raised));
             }
             // The handlers may have taken their time.
@@ -102,7 +140,7 @@ pub fn cancellable<R: Send>(
 ) -> PyResult<R> {
     py.detach(|| {
         let interrupt = Interrupt::default();
-        let answer = run(&Attentive::new(&interrupt));
+        let answer = run(&Attentive::new(&interrupt, &Progress::NONE));
         interrupt.end(answer)
     })
 }

@@ -1,7 +1,7 @@
 //! The Python package `punctual3d`: trees, queries, batches and scenes, with NumPy arrays in and out.
 //!
 //! A thin face. Here are the arrays, the interpreter's lock and the exceptions; `python/punctual3d` has the rest of the
-//! package: its names, its types, and a drop-in for trimesh's `CollisionManager`.
+//! package: its names and its types.
 //!
 //! **The interpreter's lock.** Builds, batches and queries run without it, but a query with a budget of less than 50
 //! ms: to
@@ -14,6 +14,7 @@
 mod answer;
 mod arrays;
 mod batch;
+mod collision_manager;
 mod contacts;
 mod distance;
 mod distance_batch;
@@ -48,6 +49,8 @@ mod _punctual3d {
     #[pymodule_export]
     use super::answer::Answer;
     #[pymodule_export]
+    use super::collision_manager::{CollisionManager, ContactData, DistanceData};
+    #[pymodule_export]
     use super::contacts::{Contacts, contacts};
     #[pymodule_export]
     use super::distance::{Distance, DistanceQuery, closer_than, distance};
@@ -75,7 +78,8 @@ mod _punctual3d {
     use super::record::{_restore, _state};
     #[pymodule_export]
     use super::robot::{
-        Robot, RobotClearances, RobotCollisions, RobotEdges, braking_time, safe_speed,
+        Robot, RobotClearances, RobotCollisions, RobotEdges, RobotMeetings, braking_time,
+        safe_speed,
     };
     #[pymodule_export]
     use super::scene::{Report, Scene};

@@ -134,7 +134,7 @@ pub fn penetration<'py>(
 }
 
 /// Lends the buffers of a thread, which are used again and again.
-fn with_workspace<R>(run: impl FnOnce(&mut PenetrationWorkspace) -> R) -> R {
+pub fn with_workspace<R>(run: impl FnOnce(&mut PenetrationWorkspace) -> R) -> R {
     thread_local! {
         static WORKSPACE: RefCell<Option<Box<PenetrationWorkspace>>> = const { RefCell::new(None) };
     }

@@ -125,13 +125,14 @@ impl CollisionBatch {
 /// poses: (N, 4, 4) matrices, or one, that bring coordinates of b into those of a. budget and work are those of each
 /// pose.
 /// threads: how many share the poses; answers under a budget of work, or none, are the same on any number of them.
-/// memory: taken along the poses in their order, for poses that follow each other; it needs threads=1. The other
+/// memory: taken along the poses in their order, for poses that follow each other; it needs threads=1. progress:
+/// a callable, told every 50 ms and at the end how many poses are done, and of how many. The other
 /// arguments are those of `collide`.
 ///
 /// Raises ValueError for a matrix that is not rigid, with its row.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, *, mode=None, budget=None, work=None, memory=None, prior=None,
-    threads=1))]
+    threads=1, progress=None))]
 #[expect(
     clippy::too_many_arguments,
     reason = "the arguments of the Python function"
@@ -147,13 +148,14 @@ pub fn collide_batch(
     mut memory: Option<PyRefMut<'_, Memory>>,
     prior: Option<f64>,
     threads: usize,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<CollisionBatch> {
     let limit = Limit::new(budget, work)?;
     let options = QueryOptions::new(mode, prior)?;
     let Transforms(poses) = poses;
     let (a, b) = (&*a.arc, &*b.arc);
     let workers = workers(threads, poses.len(), lent(&mut memory))?;
-    let rows = each(py, poses.len(), workers, |worker, clock, at| {
+    let rows = each(py, poses.len(), progress, workers, |worker, clock, at| {
         let (query, mut pairs) = (options.query(a, b, poses[at]), Vec::new());
         let (workspace, memory) = (&mut worker.workspace, worker.memory.as_deref_mut());
         let outcome = spend(&query, workspace, memory, (limit, clock), &mut pairs, None)

@@ -13,7 +13,7 @@ use crate::penetration::Penetration;
 use crate::query::Collision;
 use crate::query_batch::CollisionBatch;
 use crate::rays::RayHits;
-use crate::robot::{RobotClearances, RobotCollisions, RobotEdges};
+use crate::robot::{RobotClearances, RobotCollisions, RobotEdges, RobotMeetings};
 use crate::scene::Report;
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
@@ -97,6 +97,7 @@ records!(
         RobotClearances,
         RobotCollisions,
         RobotEdges,
+        RobotMeetings,
         View
     ]
 );

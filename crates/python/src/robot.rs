@@ -2,6 +2,7 @@
 
 use crate::arrays::{Transform, column, points, table};
 use crate::errors::{finite, robot_error, value_error};
+use crate::interrupt::Progress;
 use crate::limit::Limit;
 use crate::tree::{Surface, warn};
 use crate::view::View;
@@ -12,7 +13,7 @@ use punctual::Budget;
 use punctual::clock::ClockedBudget;
 use punctual_robot::{
     Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
-    RobotError, Shape, ShapeId, UrdfOptions,
+    RobotError, Scope, Shape, ShapeId, UrdfOptions,
 };
 use punctual_view::Obstacle;
 use pyo3::intern;
@@ -110,6 +111,28 @@ pub struct RobotCollisions {
     work: Py<PyArray1<u64>>,
 }
 
+/// All pairs of shapes that meet, of each configuration.
+#[pyclass(module = "punctual3d", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
+pub struct RobotMeetings {
+    /// (N,) int8: 1 collides, 0 free, both proven; -1 the budget ended first.
+    #[serde(with = "crate::arrays::bytes")]
+    verdict: Py<PyArray1<i8>>,
+    /// (N,) bool: whether all pairs that meet are told; not where the budget ended first.
+    #[serde(with = "crate::arrays::bytes")]
+    complete: Py<PyArray1<bool>>,
+    /// (M, 2) int64: numbers of shapes that meet (`Robot.shape_name`), of all configurations; those of configuration i
+    /// are pairs[offsets[i]:offsets[i + 1]].
+    #[serde(with = "crate::arrays::bytes")]
+    pairs: Py<PyArray2<i64>>,
+    /// (N + 1,) int64.
+    #[serde(with = "crate::arrays::bytes")]
+    offsets: Py<PyArray1<i64>>,
+    /// (N,) uint64: units of work done.
+    #[serde(with = "crate::arrays::bytes")]
+    work: Py<PyArray1<u64>>,
+}
+
 /// The least distance of all pairs of shapes, a row for each configuration: low <= distance <=
 /// high, in metres.
 #[pyclass(module = "punctual3d", frozen, get_all)]
@@ -159,6 +182,15 @@ pub struct RobotEdges {
 
 fn numbers(pair: Option<[ShapeId; 2]>) -> [i64; 2] {
     pair.map_or([-1; 2], |pair| pair.map(|id| i64::from(id.number())))
+}
+
+/// 1 collides, 0 free, -1 undecided.
+fn code(row: &Outcome<Collision>) -> i8 {
+    match row.value {
+        Collision::Free => 0,
+        Collision::Contact(_) => 1,
+        Collision::Undecided => -1,
+    }
 }
 
 fn count(codes: &Bound<'_, PyArray1<i8>>, code: i8) -> PyResult<usize> {
@@ -255,6 +287,13 @@ impl<'py> FromPyObject<'_, 'py> for One {
     }
 }
 
+/// The pairs that count for a clearance.
+#[derive(FromPyObject)]
+enum ScopeName {
+    Shape(u32),
+    Word(String),
+}
+
 impl Robot {
     fn new(source: Source) -> Result<Self, RobotError> {
         let mut options = UrdfOptions::default();
@@ -299,6 +338,20 @@ impl Robot {
         })
     }
 
+    fn scope(&self, scope: &ScopeName) -> PyResult<Scope> {
+        let of_shape = |number: &u32| self.checker().id(*number).map(Scope::Shape);
+        let (found, given) = match scope {
+            ScopeName::Word(word) if word == "robot" => return Ok(Scope::Robot),
+            ScopeName::Word(word) if word == "obstacles" => return Ok(Scope::Obstacles),
+            ScopeName::Word(word) => (None, format!("{word:?}")),
+            ScopeName::Shape(number) => (of_shape(number), number.to_string()),
+        };
+        found.ok_or_else(|| {
+            let expected = "expected robot, obstacles or the number of a shape";
+            value_error(format_args!("scope: {given}, {expected}"))
+        })
+    }
+
     /// The shape of configurations; an error unless they have a value for each joint.
     fn check_width(&self, rows: &Rows<'_>) -> PyResult<(usize, usize)> {
         let (count, width) = (rows.0.shape()[0], rows.0.shape()[1]);
@@ -323,17 +376,19 @@ impl Robot {
         robot_edges(py, &[found.map_err(value_error)?])
     }
 
-    /// Asks in blocks of rows, without the interpreter's lock.
+    /// Asks in blocks of rows, without the interpreter's lock, and tells `progress` after each.
     fn ask<T: Send>(
         &self,
         py: Python<'_>,
         rows: &Rows<'_>,
         block: usize,
-        ask: impl Fn(&mut Checker, usize, &[f64]) -> Result<Vec<Outcome<T>>, RobotError> + Sync,
-    ) -> PyResult<Vec<Outcome<T>>> {
+        progress: Option<Py<PyAny>>,
+        ask: impl Fn(&mut Checker, usize, &[f64]) -> Result<Vec<T>, RobotError> + Sync,
+    ) -> PyResult<Vec<T>> {
         let (count, width) = self.check_width(rows)?;
         let values = rows.0.as_slice().map_err(value_error)?;
         let mut answers = Vec::with_capacity(count);
+        let progress = Progress::new(progress, count);
         // No numbers say how many configurations without a value there are.
         let block = if width == 0 { 1 } else { block };
         for first in (0..count).step_by(block) {
@@ -343,7 +398,9 @@ impl Robot {
                 py.detach(|| ask(&mut self.checker(), first, part))
                     .map_err(value_error)?,
             );
+            progress.add(last - first);
             py.check_signals()?;
+            progress.tell(py)?;
         }
         Ok(answers)
     }
@@ -521,8 +578,9 @@ impl Robot {
     ///
     /// Q: (N, J), or one, (J,). budget (seconds) and work are those of each configuration. threads:
     /// how many share them; answers under a budget of work, or none, are the same on any number of
-    /// them.
-    #[pyo3(signature = (Q, *, budget=None, work=None, threads=1))]
+    /// them. progress: a callable, told from time to time and at the end how many are done, and of
+    /// how many.
+    #[pyo3(signature = (Q, *, budget=None, work=None, threads=1, progress=None))]
     #[expect(non_snake_case, reason = "the argument of the Python function")]
     fn collide(
         &self,
@@ -531,16 +589,12 @@ impl Robot {
         budget: Option<f64>,
         work: Option<u64>,
         threads: usize,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<RobotCollisions> {
         let budget = Limit::new(budget, work)?.budget();
-        let rows = self.ask(py, &Q, BETWEEN_LOOKS, |checker, _, part| {
+        let rows = self.ask(py, &Q, BETWEEN_LOOKS, progress, |checker, _, part| {
             checker.collide_batch(part, budget, threads)
         })?;
-        let code = |row: &Outcome<Collision>| match row.value {
-            Collision::Free => 0,
-            Collision::Contact(_) => 1,
-            Collision::Undecided => -1,
-        };
         let pair = |row: &Outcome<Collision>| match row.value {
             Collision::Contact(pair) => numbers(Some(pair)),
             _ => numbers(None),
@@ -552,23 +606,77 @@ impl Robot {
         })
     }
 
-    /// How far configurations are from contact: bounds that are `tolerance` (metres) apart, and
-    /// where. Other arguments as those of `collide`.
-    #[pyo3(signature = (Q, *, tolerance=1e-6, budget=None, work=None, threads=1))]
+    /// All pairs of shapes that meet, not only the first: a search of the whole robot.
+    ///
+    /// Q, budget, work and progress: as of `collide`.
+    #[pyo3(signature = (Q, *, budget=None, work=None, progress=None))]
     #[expect(non_snake_case, reason = "the argument of the Python function")]
+    fn collide_all(
+        &self,
+        py: Python<'_>,
+        Q: Rows<'_>,
+        budget: Option<f64>,
+        work: Option<u64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<RobotMeetings> {
+        let budget = Limit::new(budget, work)?.budget();
+        let rows = self.ask(py, &Q, EDGES_BETWEEN_LOOKS, progress, |checker, _, part| {
+            let width = checker.model().joint_names().len();
+            // A robot that does not move has one configuration, without numbers.
+            let parts = part.chunks_exact(width.max(1));
+            let parts = parts.chain((width == 0).then_some(part));
+            let all = |configuration| {
+                let mut pairs = Vec::new();
+                let found = checker.collide_all(configuration, budget, &mut pairs)?;
+                Ok((found, pairs))
+            };
+            parts.map(all).collect()
+        })?;
+        let mut offsets = vec![0];
+        offsets.extend(rows.iter().scan(0, |sum, (_, pairs)| {
+            *sum += pairs.len() as i64;
+            Some(*sum)
+        }));
+        let pairs = rows.iter().flat_map(|(_, pairs)| pairs);
+        let is_whole = |(found, _): &(Outcome<_>, _)| found.stop.is_final();
+        Ok(RobotMeetings {
+            verdict: column(py, rows.iter().map(|(found, _)| code(found)).collect()).unbind(),
+            complete: column(py, rows.iter().map(is_whole).collect()).unbind(),
+            pairs: table(py, pairs.map(|&pair| numbers(Some(pair))))?.unbind(),
+            offsets: column(py, offsets).unbind(),
+            work: column(py, rows.iter().map(|(found, _)| found.work).collect()).unbind(),
+        })
+    }
+
+    /// How far configurations are from contact: bounds that are `tolerance` (metres) apart, and
+    /// where.
+    ///
+    /// scope: which pairs count: those within the "robot", with what is attached to it; those of it and "obstacles" that
+    /// stand still; those of the shape of a number; by default all. Other arguments as those of `collide`. Raises
+    /// ValueError for another scope.
+    #[pyo3(signature = (Q, *, tolerance=1e-6, scope=None, budget=None, work=None, threads=1, progress=None))]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
     fn clearance(
         &self,
         py: Python<'_>,
         Q: Rows<'_>,
         tolerance: f64,
+        scope: Option<ScopeName>,
         budget: Option<f64>,
         work: Option<u64>,
         threads: usize,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<RobotClearances> {
         finite([("tolerance", Some(tolerance))])?;
         let budget = Limit::new(budget, work)?.budget();
+        let scope = scope.map_or(Ok(Scope::All), |scope| self.scope(&scope))?;
         let options = ClearanceOptions::default().tolerance(tolerance);
-        let rows = self.ask(py, &Q, BETWEEN_LOOKS, |checker, _, part| {
+        let options = options.scope(scope);
+        let rows = self.ask(py, &Q, BETWEEN_LOOKS, progress, |checker, _, part| {
             checker.clearance_batch(part, &options, budget, threads)
         })?;
         let each = |number: fn(&Clearance) -> f64| {
@@ -592,7 +700,7 @@ impl Robot {
     ///
     /// first: seek the first contact, not any. resolution: shares of the line that are shorter are
     /// given up. Other arguments as those of `collide`.
-    #[pyo3(signature = (Q0, Q1, *, first=false, resolution=1e-6, budget=None, work=None, threads=1))]
+    #[pyo3(signature = (Q0, Q1, *, first=false, resolution=1e-6, budget=None, work=None, threads=1, progress=None))]
     #[expect(
         non_snake_case,
         clippy::too_many_arguments,
@@ -608,6 +716,7 @@ impl Robot {
         budget: Option<f64>,
         work: Option<u64>,
         threads: usize,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<RobotEdges> {
         finite([("resolution", Some(resolution))])?;
         let budget = Limit::new(budget, work)?.budget();
@@ -617,10 +726,16 @@ impl Robot {
         let options = edge_options(first, resolution);
         let width = Q0.0.shape()[1];
         let ends = Q1.0.as_slice().map_err(value_error)?;
-        let rows = self.ask(py, &Q0, EDGES_BETWEEN_LOOKS, |checker, at, part| {
-            let ends = &ends[at * width..][..part.len()];
-            checker.edge_batch(part, ends, &options, budget, threads)
-        })?;
+        let rows = self.ask(
+            py,
+            &Q0,
+            EDGES_BETWEEN_LOOKS,
+            progress,
+            |checker, at, part| {
+                let ends = &ends[at * width..][..part.len()];
+                checker.edge_batch(part, ends, &options, budget, threads)
+            },
+        )?;
         robot_edges(py, &rows)
     }
 
@@ -792,6 +907,21 @@ impl RobotCollisions {
         let (met, free, open) = (met?, free?, open?);
         Ok(format!(
             "<punctual3d.RobotCollisions: {met} collide, {free} free, {open} undecided>"
+        ))
+    }
+}
+
+#[pymethods]
+impl RobotMeetings {
+    /// Number of configurations.
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.verdict.bind(py).len())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (configurations, pairs) = (self.__len__(py)?, self.pairs.bind(py).shape()[0]);
+        Ok(format!(
+            "<punctual3d.RobotMeetings: {configurations} configurations, {pairs} pairs meet>"
         ))
     }
 }

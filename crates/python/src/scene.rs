@@ -193,7 +193,7 @@ fn ids(bodies: &[u64]) -> Vec<BodyId> {
 }
 
 /// A body, a compound or a measure that is not in the scene is a missing key.
-fn scene_error(scene: &Inner, error: SceneError) -> PyErr {
+pub fn scene_error(scene: &Inner, error: SceneError) -> PyErr {
     let message = scene.message(&error);
     match error {
         SceneError::NoSuchBody { .. }
@@ -224,9 +224,11 @@ impl Scene {
     /// Puts a body into the scene and returns its name.
     ///
     /// T: (4, 4) matrix that brings coordinates of the mesh into those of the scene. Fixed bodies are not compared with
-    /// each other. groups and mask: bits; two bodies are compared if each has a group in the other's mask. importance:
+    /// each other. A kinematic body, which moves as the program says and which nothing pushes, is a fixed one with a
+    /// new pose in each frame (`set_pose`), or a motion (`set_motion`) so that nothing slips through it. groups and mask: bits; two bodies are compared if each has a group in the other's mask. importance:
     /// pairs of more important bodies go first. margin: a length; bodies meet when they come within the sum of theirs.
-    /// sensor: what meets the body or is inside it is told, but its pairs have no contact points.
+    /// sensor: what meets the body or is inside it is told, but its pairs have no contact points,
+    /// unless those of two bodies are asked for (`find_contacts`).
     ///
     /// Raises ValueError for a T that is not rigid, an importance that is not a number, and a margin that is not a
     /// length from 0 to 2^1000.
@@ -525,6 +527,13 @@ impl Scene {
             )
         };
         ContactPoints::new(py, &found, [pose(a)?, pose(b)?])
+    }
+
+    /// Sets how far apart bodies are found out to be that have no contacts, besides their margins: up to so far, or to
+    /// four fifths of their distance, `ContactPoints.low` tells it; 0 by default. Raises ValueError for a length that is
+    /// not from 0 to 2^1000.
+    fn set_look_ahead(&mut self, length: f64) -> PyResult<()> {
+        self.change(|scene| scene.set_look_ahead(length))
     }
 
     /// Says how much a question matters, beside the bodies that it is asked of: "meet", "distance", "motion" or "contacts";

@@ -3,7 +3,7 @@
 use crate::arrays::{column, table};
 use numpy::{PyArray1, PyArray2};
 use punctual::Pose;
-use punctual_scene::PlacedContact;
+use punctual_scene::{BodyId, PlacedContact};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -32,8 +32,11 @@ pub struct ContactPoints {
     #[serde(with = "crate::arrays::bytes")]
     distances: Py<PyArray1<f64>>,
     /// The surfaces were at least so far apart wherever no point stands for a contact when the points were found, margins
-    /// not subtracted; 0 if nothing is known.
+    /// not subtracted (`Scene.set_look_ahead`); 0 if one body is within the other, or nothing is known.
     low: f64,
+    /// The solid that was inside the other, or had a vertex in it, while their surfaces did not meet, by its name; None
+    /// if none was. No point stands for that.
+    within: Option<u64>,
     /// How far the surfaces have moved relative to each other since then, at most; infinite if nothing is known.
     drift: f64,
     /// Frames since this was found.
@@ -59,6 +62,7 @@ impl ContactPoints {
             normals: of(|point| point.normal.to_array())?,
             distances: column(py, now.iter().map(|point| point.distance).collect()).unbind(),
             low: found.low,
+            within: found.within.map(BodyId::to_bits),
             drift: found.drift,
             age: found.age,
         })

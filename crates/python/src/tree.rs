@@ -1,16 +1,18 @@
 //! Meshes with their trees.
 
 use crate::arrays::{column, mesh, table, vectors, vectors_or_one};
+use crate::batch::{each, workers};
 use crate::errors::{file_error, point_error, value_error};
 use crate::interrupt::in_background;
 use crate::limit::Limit;
 use crate::query::with_workspace;
 use numpy::{PyArray1, PyArray2};
+use punctual::glam::DMat3;
 use punctual::points::PointBounds;
 use punctual::tree::Solid;
-use punctual::{Budget, BuildOptions, Mesh, Query};
+use punctual::{Budget, BuildOptions, Mesh, Pose, Query};
 use punctual_io::Loaded;
-use pyo3::exceptions::{PyTypeError, PyUserWarning};
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyUserWarning};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -114,6 +116,18 @@ fn points_of(
     })
 }
 
+/// The error of a tree that another thread asks or refits.
+fn in_use(tree: &Bound<'_, Tree>, why: &str) -> PyErr {
+    let name = match tree.try_borrow() {
+        Ok(tree) => tree.__repr__(),
+        Err(_) => "<punctual3d.Tree>".into(),
+    };
+    let at = tree.as_ptr();
+    PyRuntimeError::new_err(format!(
+        "{name} at {at:p} is in use: {why} by another thread"
+    ))
+}
+
 /// An argument that is a tree, or a mesh that one is built from for this call.
 pub struct Surface<'py>(pub PyRef<'py, Tree>);
 
@@ -130,7 +144,10 @@ impl<'py> FromPyObject<'_, 'py> for Surface<'py> {
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         if let Ok(tree) = given.cast::<Tree>() {
-            return Ok(Self(tree.try_borrow()?));
+            let asked = tree.try_borrow();
+            return asked
+                .map(Self)
+                .map_err(|_| in_use(&tree, "it is being refitted"));
         }
         let py = given.py();
         let part = |name| given.getattr_opt(name);
@@ -172,7 +189,7 @@ impl Tree {
     /// tree, but then it is built in each of them.
     #[classmethod]
     #[pyo3(signature = (mesh, *, effort="normal", extremes=false, solid="no"))]
-    fn from_trimesh(
+    pub fn from_trimesh(
         _: &Bound<'_, PyType>,
         mesh: &Bound<'_, PyAny>,
         effort: &str,
@@ -240,13 +257,17 @@ impl Tree {
     }
 
     /// Moves the vertices: (V, 3), as many as before. Takes a fraction of the time of a build. Copies of this tree in
-    /// scenes keep the old ones.
-    fn refit(&mut self, py: Python<'_>, vertices: &Bound<'_, PyAny>) -> PyResult<()> {
+    /// scenes keep the old ones. Raises RuntimeError while another thread asks about the tree.
+    fn refit(slf: &Bound<'_, Self>, vertices: &Bound<'_, PyAny>) -> PyResult<()> {
         let vertices = vectors(vertices, "vertices")?;
-        let tree = &mut self.arc;
-        py.detach(|| Arc::make_mut(tree).refit_f64(&vertices))
+        let mut refitted = slf
+            .try_borrow_mut()
+            .map_err(|_| in_use(slf, "it is asked about"))?;
+        let tree = &mut refitted.arc;
+        slf.py()
+            .detach(|| Arc::make_mut(tree).refit_f64(&vertices))
             .map_err(value_error)?;
-        self.refits += 1;
+        refitted.refits += 1;
         Ok(())
     }
 
@@ -318,6 +339,70 @@ impl Tree {
             (_, Some(distance)) => 0.5 * (distance.low + distance.high),
         };
         Ok(column(py, found.iter().map(distance).collect()))
+    }
+
+    /// The closest points of the surface to points, as `trimesh.proximity.closest_point` tells them: (N, 3) float64;
+    /// their distances, (N,) float64, off by no more than some roundings; and their triangles, (N,) int64. Of a mesh
+    /// without triangles NaN, infinite and -1.
+    ///
+    /// points: (N, 3), in the frame of the mesh, which need not be a solid. threads: how many share them; the answers
+    /// are the same on any number. progress: as of `collide_batch`. Raises ValueError for a point that is not finite,
+    /// with the row.
+    #[pyo3(signature = (points, *, threads=1, progress=None))]
+    fn closest_points<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'_, PyAny>,
+        threads: usize,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(
+        Bound<'py, PyArray2<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<i64>>,
+    )> {
+        let points = vectors_or_one(points, "points")?;
+        let place = |(row, &point)| {
+            let pose = Pose::new(DMat3::IDENTITY, point);
+            pose.map_err(|fault| value_error(format_args!("point {row}: {fault}")))
+        };
+        let places: Vec<Pose> = points
+            .iter()
+            .enumerate()
+            .map(place)
+            .collect::<PyResult<_>>()?;
+        let point = Mesh::new([[0.0f32; 3]; 3], [[0, 1, 2]]).map_err(value_error)?;
+        let point = punctual::Tree::new(point);
+        let workers = workers(threads, places.len(), None)?;
+        let found = each(py, places.len(), progress, workers, |worker, clock, at| {
+            let query = Query::distance(&self.arc, &point, places[at]).absolute_tolerance(0.0);
+            let query = query.relative_tolerance(0.0);
+            let budget = Budget::unlimited().clock(clock);
+            Ok(query.run(&mut worker.workspace, budget).value.nearest)
+        })?;
+        let nearest = found
+            .iter()
+            .zip(&points)
+            .map(|(found, &point)| match found {
+                Some(found) => {
+                    let [on_surface, _] = found.points;
+                    let distance = on_surface.distance(point.into());
+                    (
+                        on_surface.to_array(),
+                        distance,
+                        i64::from(found.triangles[0]),
+                    )
+                }
+                None => ([f64::NAN; 3], f64::INFINITY, -1),
+            });
+        let nearest: Vec<_> = nearest.collect();
+        Ok((
+            table(py, nearest.iter().map(|&(point, ..)| point))?,
+            column(
+                py,
+                nearest.iter().map(|&(_, distance, _)| distance).collect(),
+            ),
+            column(py, nearest.iter().map(|&(.., triangle)| triangle).collect()),
+        ))
     }
 
     /// Number of edges of the solid without an opposite one, 0 if it is closed; None if the tree is no solid.

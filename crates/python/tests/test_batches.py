@@ -137,3 +137,23 @@ def test_one_thread_at_a_time_uses_a_query():
             errors.append(str(error))
     busy.join()
     assert errors and all("borrowed" in error for error in errors)
+
+
+def test_batches_tell_how_far_they_are():
+    ball, told = punctual3d.shapes.icosphere(5), []
+    poses = random_poses(3_000, 2.0)
+    for threads in (1, 2):
+        for ask in (punctual3d.collide_batch, punctual3d.distance_batch):
+            del told[:]
+            quiet = ask(ball, ball, poses, threads=threads)
+            assert ask(ball, ball, poses, threads=threads, progress=lambda *at: told.append(at)) == quiet
+            done = [done for done, _ in told]
+            assert done == sorted(done) and told[-1] == (len(poses), len(poses))
+
+    def stop(done, total):
+        raise StopIteration(f"{done} of {total}")
+
+    with pytest.raises(StopIteration, match="of 3000"):
+        punctual3d.collide_batch(ball, ball, poses, progress=stop)
+    punctual3d.collide_batch(ball, ball, [], progress=lambda *at: told.append(at))
+    assert told[-1] == (0, 0)

@@ -59,6 +59,7 @@ def records():
     robot = slide()
     Q = [[0.0], [4.5], [3.75]]
     yield from [robot.collide(Q), robot.collide(Q, work=0), robot.clearance(Q), robot.edges(Q, Q[::-1])]
+    yield robot.collide_all(Q)
 
 
 def slide():
@@ -94,6 +95,7 @@ def same(x, y):
 
 def test_all_classes_are_here():
     left = {"Answer", "Tree", "Memory", "Query", "DistanceQuery", "MotionQuery", "Scene", "CollisionManager", "Robot"}
+    left |= {"ContactData", "DistanceData"}
     classes = {name for name in punctual3d.__all__ if isinstance(getattr(punctual3d, name), type)}
     classes = {name for name in classes if not issubclass(getattr(punctual3d, name), (Exception, Warning))}
     assert {type(record).__name__ for record in RECORDS} == classes - left

@@ -253,3 +253,31 @@ def test_missing_files_are_told_from_bad_ones(tmp_path):
     with pytest.raises(OSError, match="bad.obj:1") as bad:
         punctual3d.Tree.load(tmp_path / "bad.obj")
     assert not isinstance(bad.value, FileNotFoundError)
+
+
+def test_all_pairs_that_meet(robot):
+    Q = np.vstack([configurations(200), [0.0, 1.2, 0.9, 0.0]])
+    told = []
+    one, every = robot.collide(Q), robot.collide_all(Q, progress=lambda *at: told.append(at))
+    assert (one.verdict == every.verdict).all() and every.complete.all() and told[-1] == (len(Q), len(Q))
+    assert every.offsets[0] == 0 and every.offsets[-1] == len(every.pairs) > (one.verdict == 1).sum()
+    for i, q in enumerate(Q):
+        pairs = {tuple(pair) for pair in every.pairs[every.offsets[i] : every.offsets[i + 1]].tolist()}
+        assert bool(pairs) == (one.verdict[i] == 1) and (not pairs or tuple(one.pairs[i]) in pairs)
+        # Exactly those whose clearance is nothing.
+        for a, b in pairs:
+            assert robot.clearance(q, scope=a).low == 0 and robot.clearance(q, scope=b).low == 0
+    cut = robot.collide_all(Q, work=0)
+    assert not cut.complete.any() and (cut.verdict == -1).all() and len(cut.pairs) == 0
+
+
+def test_the_scope_of_a_clearance(robot):
+    Q = configurations(50)
+    low = {scope: robot.clearance(Q, scope=scope, tolerance=0).low for scope in (None, "robot", "obstacles")}
+    assert np.array_equal(low[None], np.minimum(low["robot"], low["obstacles"]))
+    assert (low["robot"] != low["obstacles"]).any()
+    ball = robot.add("far", place(50, 0, 0), sphere=1.0)
+    assert (robot.clearance(Q, scope=ball).low > 40).all()
+    for scope in ("world", 999):
+        with pytest.raises(ValueError, match=f"scope: '?\"?{scope}"):
+            robot.clearance(Q, scope=scope)

@@ -437,3 +437,22 @@ def test_contact_points(ball):
         scene.find_contacts(a)
     with pytest.raises(ValueError, match="colour"):
         scene.set_question_importance("colour", 1.0)
+
+
+def test_a_contained_body_and_what_lies_ahead():
+    box = punctual3d.shapes.cuboid([4, 4, 4], 2)
+    room = punctual3d.Tree(box.vertices, box.faces, solid="keep")
+    ball = punctual3d.shapes.icosphere(2)
+    ball = punctual3d.Tree(ball.vertices, ball.faces, solid="keep")
+    scene = punctual3d.Scene()
+    scene.find_contacts()
+    a, b = scene.insert(room, fixed=True), scene.insert(ball, margin=0.01)
+    scene.step()
+    found = scene.contact_points(a, b)
+    assert found.within == b and found.low == 0 and len(found) == 0
+    scene.set_pose(b, [[1, 0, 0, 5.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    scene.step()
+    assert scene.contact_points(a, b).within is None and scene.contact_points(a, b).low > 0.4
+    scene.set_look_ahead(1.0)
+    with pytest.raises(ValueError, match="look-ahead: -1 is not a length"):
+        scene.set_look_ahead(-1.0)

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import threading
 
 import numpy as np
 import punctual3d
@@ -127,3 +128,49 @@ def test_facts(ball):
     assert repr(ball) == "<punctual3d.Tree of 1280 triangles>"
     assert ball.depth >= 3 and ball.nbytes > 1280 * 12
     assert np.allclose(ball.bounds, [[-1] * 3, [1] * 3], atol=0.05)
+
+
+def test_closest_points_of_surfaces_and_solids():
+    random = np.random.default_rng(6)
+    ball = punctual3d.shapes.icosphere(3)
+    open_faces = ball.faces[ball.vertices[ball.faces].mean(axis=1)[:, 2] < 0.5]
+    points = np.vstack([random.normal(size=(300, 3)), ball.vertices[:20], 1e6 * random.normal(size=(20, 3))])
+    for tree in (ball, punctual3d.Tree(ball.vertices, open_faces), punctual3d.Tree(ball.vertices, ball.faces, solid="keep")):
+        places, distances, triangles = tree.closest_points(points)
+        assert np.allclose(np.linalg.norm(points - places, axis=1), distances, rtol=1e-13, atol=0)
+        # On the triangle that is named, and none is closer.
+        a, b, c = (tree.vertices[tree.faces[triangles]][:, i] for i in range(3))
+        normals = np.cross(b - a, c - a)
+        assert np.abs(((places - a) * normals).sum(axis=1)).max() < 1e-13
+        for x, y, z in ((a, b, c), (b, c, a), (c, a, b)):
+            assert (np.einsum("ij,ij->i", np.cross(y - x, places - x), normals) > -1e-12).all()
+        corners = tree.vertices[np.unique(tree.faces)]
+        assert (np.linalg.norm(points[:, None] - corners[None], axis=2).min(axis=1) >= distances * (1 - 1e-12)).all()
+        again = tree.closest_points(points, threads=3)
+        assert all(np.array_equal(x, y) for x, y in zip((places, distances, triangles), again))
+        if tree.open_edges is not None:
+            assert np.allclose(np.abs(tree.signed_distance(points)), distances, rtol=1e-12, atol=1e-15)
+    places, distances, triangles = punctual3d.Tree([], []).closest_points([1, 2, 3])
+    assert np.isnan(places).all() and distances.tolist() == [np.inf] and triangles.tolist() == [-1]
+    for empty in ([], np.zeros((0, 3))):
+        assert [len(x) for x in ball.closest_points(empty)] == [0, 0, 0]
+    with pytest.raises(ValueError, match="point 1: .*not finite|point 1: "):
+        ball.closest_points([[0, 0, 0], [0, np.nan, 0]])
+
+
+def test_a_refit_while_another_thread_asks_names_the_tree():
+    tree, errors, began = punctual3d.shapes.icosphere(6), [], threading.Event()
+    poses = np.tile(np.eye(4), (400, 1, 1))
+    asking = threading.Thread(
+        target=lambda: punctual3d.collide_batch(tree, tree, poses, mode="all", progress=lambda *_: began.set())
+    )
+    asking.start()
+    began.wait()
+    try:
+        tree.refit(tree.vertices)
+    except RuntimeError as error:
+        errors.append(str(error))
+    asking.join()
+    (error,) = errors
+    assert f"Tree of {len(tree)} triangles> at 0x" in error and "asked about by another thread" in error
+    tree.refit(tree.vertices)

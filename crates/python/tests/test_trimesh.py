@@ -1,5 +1,7 @@
 """Beside trimesh and FCL: the drop-in for the CollisionManager, and plain answers where both are right."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import punctual3d
 import pytest
@@ -61,7 +63,7 @@ def test_inside_one_manager(cube):
     ):
         with pytest.raises(ValueError, match="also right not in collision manager!"):
             call("also right")
-    with pytest.raises(ValueError, match=r"transform must be \(4,4\)!"):
+    with pytest.raises(ValueError, match=r"T: shape \[3, 3\], expected \(4, 4\)"):
         manager.add_object("flat", cube, np.eye(3))
     for transform in (np.diag([2.0, 2, 2, 1]), np.zeros((4, 4)), np.full((4, 4), np.nan)):
         with pytest.raises(ValueError, match="T: "):
@@ -113,6 +115,48 @@ def test_a_scene_of_trimesh(cube, monkeypatch):
     manager, nodes = trimesh.collision.scene_to_collision(scene)
     assert set(nodes) == {"a", "b", "c"}
     assert manager.in_collision_internal(return_names=True) == (True, {("a", "b")})
+
+
+def test_objects_come_and_go_under_any_names(cube):
+    manager = CollisionManager()
+    for name in ("a", ("b", 1), 3):
+        manager.add_object(name, cube, at(9))
+    manager.remove_object("a")
+    manager.add_object("c", cube, at(9.5))
+    # Each pair in the order in which its objects were added, whatever became free in between.
+    manager.remove_object(3)
+    _, data = manager.in_collision_internal(return_data=True)
+    (contact,) = data
+    assert contact.names == {("b", 1), "c"} and contact.normal[0] < -0.9 and contact.depth == pytest.approx(0.5)
+    with pytest.raises(KeyError):
+        contact.index("a")
+    with pytest.raises(TypeError, match="unhashable"):
+        manager.add_object([], cube)
+    # A pose that is refused leaves all as it was.
+    with pytest.raises(ValueError, match="T: "):
+        manager.add_object("c", cube, np.diag([2.0, 2, 2, 1]))
+    assert manager.in_collision_internal() is True
+    assert manager.in_collision_other(manager, return_names=True)[1] >= {("c", "c")}
+    with pytest.raises(TypeError, match="not supported"):
+        manager.min_distance_internal(return_names=True)
+    assert manager.min_distance_internal() == pytest.approx(-0.5)
+
+
+def test_a_manager_is_shared_by_threads():
+    ball = punctual3d.shapes.icosphere(4)
+    manager = CollisionManager()
+    for i in range(6):
+        manager.add_object(f"{i}", ball, at(1.5 * i))
+    expected = {(f"{i}", f"{i + 1}") for i in range(5)}
+
+    def ask(i):
+        manager.set_transform("5", at(1.5 * 5 + 0.01 * (i % 3)))
+        single = manager.in_collision_single(ball, at(0.1), return_names=True)[1]
+        return manager.in_collision_internal(return_names=True)[1], single
+
+    with ThreadPoolExecutor(4) as pool:
+        for pairs, single in pool.map(ask, range(40)):
+            assert pairs == expected and single == {"0", "1"}
 
 
 # What follows is what trimesh 5.2 tests of its own manager (tests/test_collision.py) and the tests above do not say.

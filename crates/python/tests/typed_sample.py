@@ -95,7 +95,7 @@ assert scene.compound_of(scene.parts(whole)[0]) == whole
 scene.measure(body, other, third), scene.track_contacts(), scene.find_contacts(), scene.find_contacts(body, other)
 scene.find_contacts(groups=1, mask=np.uint32(2)), scene.stop_finding_contacts(groups=1, mask=2)
 group = scene.measure_groups([body], np.array([other]), third)
-scene.set_question_importance("distance", third)
+scene.set_question_importance("distance", third), scene.set_look_ahead(third)
 report = scene.step(1, work=None)
 assert_type(report.bodies, NDArray[np.uint64])
 assert_type(report.contacts, p.BodyContacts)
@@ -132,7 +132,7 @@ for contact in data:
     assert_type(contact.point, NDArray[np.float64])
     contact.index("ball") + contact.normal[0]
 _, only_data = manager.in_collision_single(mesh, rows, return_data=True)
-assert_type(only_data, list[p.collision_manager.ContactData])
+assert_type(only_data, list[p.ContactData])
 least, name, place = manager.min_distance_single(ring, return_name=True, return_data=True)
 assert_type(name, Union[str, None])
 if place is not None:

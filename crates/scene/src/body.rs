@@ -31,6 +31,40 @@ pub enum BodyKind {
 }
 
 /// A body: a tree, shared with any number of other bodies, at a pose.
+///
+/// **Kinematic bodies**, which move as the program says and which nothing pushes, such as platforms and
+/// doors, are [fixed](Body::fixed) bodies with a new pose in each frame: they meet the moving ones, and
+/// neither each other nor the surroundings. With [`Scene::set_motion`](crate::Scene::set_motion) in place
+/// of [`Scene::set_pose`](crate::Scene::set_pose) nothing slips through a fast one. The scene computes no
+/// velocities: where they touch, the solver takes that of the body from its poses.
+///
+/// ```
+/// use punctual::glam::{DMat3, Vec3};
+/// use punctual::{Budget, Motion, Pose, Tree, shapes};
+/// use punctual_scene::{Body, Scene};
+/// use std::sync::Arc;
+///
+/// let at = |x: f64| Pose::new(DMat3::IDENTITY, [x, 0.0, 0.0]).unwrap();
+/// let plate = Arc::new(Tree::new(shapes::cuboid(Vec3::new(0.1, 2.0, 2.0), 2)));
+/// let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+/// let mut scene = Scene::new();
+/// let wall = scene.insert(Body::fixed(Arc::clone(&plate), at(0.0)))?;
+/// let door = scene.insert(Body::fixed(plate, at(0.0)))?;
+/// let id = scene.insert(Body::moving(ball, at(5.0)))?;
+///
+/// // In steps: it stands in the wall, which it does not meet, then in the ball.
+/// scene.detect(Budget::unlimited());
+/// assert!(scene.report().pair(wall, door).is_none());
+/// scene.set_pose(door, at(4.5))?;
+/// assert!(scene.detect(Budget::unlimited()).pair(door, id).unwrap().verdict.meets());
+///
+/// // Through the ball and beyond within a frame.
+/// scene.set_motion(door, Motion::straight(at(0.0), [10.0, 0.0, 0.0])?)?;
+/// scene.detect(Budget::unlimited());
+/// let passage = scene.passages().find(|passage| passage.b == id).unwrap();
+/// assert!(0.38 < passage.free_until && passage.touching_at.unwrap() < 0.41);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Body {
@@ -51,7 +85,8 @@ pub struct Body {
     /// [within](punctual::Verdict::Within) them. Rays ignore the margin.
     pub margin: f64,
     /// True for a sensor: what meets or is inside it is reported ([`crate::ContactPhase`]), but its
-    /// pairs have no [contacts](crate::Scene::find_contacts).
+    /// pairs have no [contacts](crate::Scene::find_contacts), unless those of a pair are
+    /// [requested](crate::Scene::find_contacts_of).
     pub is_sensor: bool,
     /// Any value of the user; the scene ignores it.
     pub data: u64,
@@ -438,13 +473,16 @@ impl Bodies {
         self.has_filtered |= ignores;
     }
 
-    /// True if the contacts of a pair are requested, and neither body is a sensor.
+    /// True if the contacts of a pair are requested: by itself, or by its filters if neither body
+    /// is a sensor.
     #[inline]
     pub fn wants_contacts(&self, key: PairKey) -> bool {
         let is_sensor = |placed: &Placed| placed.body.is_sensor;
-        self.contact_requests.any()
-            && (self.contact_requests).has(key, self.facts_of(key).map(|facts| facts.filter))
-            && (self.pair(key)).is_some_and(|pair| !pair.into_iter().any(is_sensor))
+        let requests = &self.contact_requests;
+        requests.any()
+            && (requests.chosen.contains(&key)
+                || requests.has(self.facts_of(key).map(|facts| facts.filter))
+                    && (self.pair(key)).is_some_and(|pair| !pair.into_iter().any(is_sensor)))
     }
 
     /// True if a pair may have other questions than whether it meets.

@@ -50,6 +50,14 @@ pub(super) fn length(body: BodyId, length: f64) -> Result<f64, SceneError> {
     }
 }
 
+pub(super) fn look_ahead(length: f64) -> Result<f64, SceneError> {
+    if (0.0..=COORDINATE_LIMIT).contains(&length) {
+        Ok(length)
+    } else {
+        Err(SceneError::LookAheadNotALength { length })
+    }
+}
+
 /// Checks the numbers of a shape that is not in the scene.
 pub(super) fn shape(on_way: &Motion, margin: f64) -> Result<(), SceneError> {
     let nobody = BodyId::from_bits(0);

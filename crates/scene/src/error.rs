@@ -62,6 +62,11 @@ pub enum SceneError {
         /// The question.
         question: PairQuestion,
     },
+    /// The look-ahead is negative, NaN, or exceeds 2^1000.
+    LookAheadNotALength {
+        /// The rejected value.
+        length: f64,
+    },
     /// A question about a pair was given the same body twice: distance, contacts, or certificate.
     OneBody {
         /// The body.
@@ -106,6 +111,9 @@ impl fmt::Display for SceneError {
             }
             Self::QuestionImportanceNotFinite { question } => {
                 write!(f, "the importance of the question {question} is not finite")
+            }
+            Self::LookAheadNotALength { length } => {
+                write!(f, "look-ahead: {length} is not a length from 0 to 2^1000")
             }
             Self::OneBody { body } => write!(f, "{body} has no distance from itself"),
             Self::NoRay { body, error } => write!(f, "in the coordinates of {body}, {error}"),

@@ -15,7 +15,8 @@ use std::time::Duration;
 use allocations::{allocator_calls_of_all_threads, held};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Mode, Motion, Pose, Ray, Tree, shapes};
+use punctual::tree::Solid;
+use punctual::{Budget, BuildOptions, Mode, Motion, Pose, Ray, Tree, shapes};
 use punctual_scene::{Body, BodyId, Filter, Reach, Scene, SceneRay, SceneShape};
 use random::Random;
 
@@ -370,7 +371,7 @@ fn no_frame_allocates_within_the_room_asked_for() {
     });
     assert!(most > 1_000, "{most} pairs at most");
     assert_eq!(calls, 0);
-    let asked: [(&str, Ask); 7] = [
+    let asked: [(&str, Ask); 11] = [
         ("whether they meet", |_| ()),
         ("distances", ask_distances),
         ("motions", |_| ()),
@@ -381,6 +382,18 @@ fn no_frame_allocates_within_the_room_asked_for() {
             world.scene.set_tree(world.ids[0], larger).unwrap();
         }),
         ("groups", ask_groups),
+        ("whether solids meet", |world| make_solid(world, 0.0)),
+        ("contacts of solids", |world| {
+            make_solid(world, 0.1);
+            world.scene.find_contacts();
+            world.scene.set_look_ahead(1.0).unwrap();
+        }),
+        ("distances of solids", |world| {
+            make_solid(world, 0.1);
+            ask_distances(world);
+            ask_groups(world);
+        }),
+        ("motions of solids", |world| make_solid(world, 0.1)),
         ("all", |world| {
             world.scene.find_contacts();
             ask_distances(world);
@@ -406,6 +419,18 @@ fn no_frame_allocates_within_the_room_asked_for() {
 
 /// Asks something of all frames.
 type Ask = fn(&mut World);
+
+/// Makes all bodies solids with a margin, and the first one so large that it contains others.
+fn make_solid(world: &mut World, margin: f64) {
+    let solid = BuildOptions::default().solid(Solid::Keep);
+    let meshes = [shapes::cuboid([WALL as f32; 3], 2), shapes::icosphere(1)];
+    let [room, ball] = meshes.map(|mesh| Arc::new(Tree::with_options(mesh, &solid)));
+    for (at, &id) in world.ids.iter().enumerate() {
+        let tree = if at == 0 { &room } else { &ball };
+        world.scene.set_tree(id, Arc::clone(tree)).unwrap();
+        world.scene.set_margin(id, margin).unwrap();
+    }
+}
 
 fn ask_distances(world: &mut World) {
     for (i, &a) in world.ids[..12].iter().enumerate() {
@@ -441,14 +466,15 @@ fn frames_that_allocate(
     if !asks_first {
         ask(&mut world);
     }
+    let moves = question.contains("motions") || question == "all";
     let clock = ManualClock::ticking(Duration::from_nanos(700));
     let ray = SceneRay::new(Ray::new([-2.0 * WALL, 0.1, 0.2], [1.0, 0.05, 0.0]).unwrap());
     // The answers of a batch get their room with the first of its size.
     ask_between_frames(&mut world.scene, &ray, (Budget::unlimited(), &clock), false);
-    let (mut late, mut passages) = (Vec::with_capacity(64), 0);
+    let (mut late, mut passages, mut contained) = (Vec::with_capacity(64), 0, 0);
     for frame in 0..12 {
         breathe(&mut world, frame);
-        if ["motions", "all"].contains(&question) {
+        if moves {
             for body in 0..BODIES {
                 let motion = Motion::straight(world.pose(body), 3.0 * world.speeds[body]).unwrap();
                 world.scene.set_motion(world.ids[body], motion).unwrap();
@@ -464,10 +490,12 @@ fn frames_that_allocate(
             }
         });
         passages += world.scene.passages().count();
+        contained += world.scene.report().contained;
         if calls > 0 {
             late.push((frame, calls));
         }
     }
-    assert_eq!(passages > 0, ["motions", "all"].contains(&question));
+    assert_eq!(passages > 0, moves);
+    assert_eq!(contained > 0, question.contains("solids"), "{question}");
     late
 }

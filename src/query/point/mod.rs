@@ -25,7 +25,6 @@ use core::{fmt, slice};
 use glam::DVec3;
 use punctual_geom::Pose;
 use punctual_geom::tolerance::COORDINATE_LIMIT;
-use state::ROOM;
 pub(super) use visit::{Locate, Source};
 
 /// Asks about one point and a solid ([`Query::winding`], [`Query::signed_distance`]).
@@ -337,7 +336,7 @@ pub(super) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2
     };
     let state = &mut workspace.points;
     if count > 0 {
-        state.stack.reserve(ROOM);
+        state.reserve_stack();
     }
     state.begin(count, false, DVec3::ZERO);
 }

@@ -11,7 +11,7 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 
 /// Most nodes that wait while one is open.
-pub(super) const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
+const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
 
 /// What is being done about the current point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +95,11 @@ impl PointState {
         (self.left, self.point) = (count, point);
         self.phase = if count > 0 { Phase::Start } else { Phase::Idle };
         (self.count, self.winding) = (Count::default(), None);
+    }
+
+    /// Makes room for all nodes that can wait in a run about a pair.
+    pub fn reserve_stack(&mut self) {
+        self.stack.reserve(ROOM);
     }
 
     /// Makes room for the bounds of this many points.

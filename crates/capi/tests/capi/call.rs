@@ -118,6 +118,16 @@ pub fn tree_of(mesh: &punctual_mesh) -> Box<punctual_tree> {
     owned(|tree| unsafe { punctual_tree_new(Some(mesh), asked(None), tree) })
 }
 
+/// The tree of a mesh that is a solid.
+pub fn solid_of(mesh: &punctual_mesh) -> Box<punctual_tree> {
+    let options = punctual_build_options {
+        solid: punctual_solid::Keep as usize,
+        ..Default::default()
+    };
+    // SAFETY: the options are one.
+    owned(|tree| unsafe { punctual_tree_new(Some(mesh), asked(Some(&options)), tree) })
+}
+
 /// A query without memory, by the clock of the system.
 pub fn run(
     query: &punctual_query,

@@ -321,16 +321,9 @@ fn what_is_no_solid_or_no_point_is_refused() {
 
 #[test]
 fn a_body_inside_another_is_contained() {
-    let options = punctual_build_options {
-        solid: punctual_solid::Keep as usize,
-        ..Default::default()
-    };
-    let solid = |mesh: &punctual_mesh| {
-        owned(|tree| unsafe { punctual_tree_new(Some(mesh), asked(Some(&options)), tree) })
-    };
     let (small, large) = (
-        solid(&owned(|mesh| punctual_shape_cuboid(0.1, 0.2, 0.1, 1, mesh))),
-        solid(&owned(|mesh| punctual_shape_icosphere(2, mesh))),
+        solid_of(&owned(|mesh| punctual_shape_cuboid(0.1, 0.2, 0.1, 1, mesh))),
+        solid_of(&owned(|mesh| punctual_shape_icosphere(2, mesh))),
     );
     let mut workspace = owned(|out| punctual_workspace_new(out));
     for (inner, a, b) in [(0, &small, &large), (1, &large, &small)] {

@@ -158,8 +158,8 @@ fn contact_points_are_those_of_rust() {
         // SAFETY: as many were written.
         unsafe { points.set_len(found.count) };
         assert_eq!(
-            (found.low, found.drift, found.age),
-            (known.low, known.drift, known.age)
+            (found.low, found.drift, found.age, found.within),
+            (known.low, known.drift, known.age, 0)
         );
         assert!(
             points
@@ -215,6 +215,38 @@ fn contact_points_are_those_of_rust() {
 }
 
 #[test]
+fn which_body_is_within_the_other_is_told_whatever_their_order() {
+    let room = solid_of(&owned(|mesh| punctual_shape_cuboid(4.0, 4.0, 4.0, 2, mesh)));
+    let ball = solid_of(&owned(|mesh| punctual_shape_icosphere(1, mesh)));
+    for (trees, within) in [([&room, &ball], 2), ([&ball, &room], 1)] {
+        let mut scene = owned(|scene| punctual_scene_new(0, 0, scene));
+        let [a, b] = trees.map(|tree| {
+            let body = punctual_body_new(Some(tree), raw(&at(0.0)));
+            // SAFETY: the body is one.
+            made(|id| unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&body)), id) })
+        });
+        assert_eq!(punctual_scene_find_contacts(Some(&mut scene)), Status::Ok);
+        let ahead = punctual_scene_set_look_ahead(Some(&mut scene), 1.0);
+        assert_eq!(ahead, Status::Ok);
+        for (x, expected) in [(0.0, within), (9.0, 0)] {
+            let moved = punctual_scene_set_pose(Some(&mut scene), b, raw(&at(x)));
+            assert_eq!(moved, Status::Ok);
+            made(|report| detect(Some(&mut scene), punctual_budget_unlimited(), report));
+            for [x, y] in [[a, b], [b, a]] {
+                let (points, shared) = (null_mut::<punctual_contact_point>(), Some(&*scene));
+                let size = size_of::<punctual_contact_point>();
+                // SAFETY: no point is written.
+                let found = made(|found| unsafe {
+                    punctual_scene_contact_points(shared, x, y, points, size, 0, slot(found))
+                });
+                assert_eq!((found.within, found.count), (expected, 0));
+                assert_eq!(found.low > 0.0, expected == 0);
+            }
+        }
+    }
+}
+
+#[test]
 fn groups_refuse_what_is_not_there() {
     let Both { mut scene, ids, .. } = Both::new();
     let (id, motion) = (ids[0].0, punctual_motion_straight(raw(&at(0.0)), NO_POINT));
@@ -234,6 +266,12 @@ fn groups_refuse_what_is_not_there() {
     null_is_seen(
         punctual_scene_stop_finding_contacts_of(None, id, id),
         "scene",
+    );
+    null_is_seen(punctual_scene_set_look_ahead(None, 0.0), "scene");
+    fails(
+        punctual_scene_set_look_ahead(Some(&mut scene), -1.0),
+        Status::BadArgument,
+        "punctual_scene_set_look_ahead: look-ahead: -1 is not a length from 0 to 2^1000",
     );
     null_is_seen(
         punctual_scene_set_question_importance(None, 0, 0.0),

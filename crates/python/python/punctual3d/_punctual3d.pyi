@@ -1,6 +1,6 @@
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os import PathLike
-from typing import Any, Literal, Protocol, SupportsFloat, SupportsIndex, final
+from typing import Any, Literal, Protocol, SupportsFloat, SupportsIndex, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,10 @@ _Integer: TypeAlias = SupportsIndex
 _Flag: TypeAlias = bool | np.bool_
 _Vector: TypeAlias = ArrayLike | Sequence[_Real]
 _Bodies: TypeAlias = Sequence[SupportsIndex] | NDArray[np.integer[Any]]
+_Progress: TypeAlias = Callable[[int, int], object]
+_Yes: TypeAlias = Literal[True]
+_No: TypeAlias = Literal[False]
+_Names: TypeAlias = tuple[str, str]
 
 __version__: str
 
@@ -64,6 +68,9 @@ class Tree:
     def refit(self, vertices: ArrayLike) -> None: ...
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]: ...
     def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]: ...
+    def closest_points(
+        self, points: ArrayLike, *, threads: _Integer = 1, progress: _Progress | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]: ...
     @property
     def open_edges(self) -> int | None: ...
     @property
@@ -430,6 +437,8 @@ class ContactPoints:
     @property
     def low(self) -> float: ...
     @property
+    def within(self) -> int | None: ...
+    @property
     def drift(self) -> float: ...
     @property
     def age(self) -> int: ...
@@ -626,6 +635,7 @@ class Scene:
         self, x: _Integer | None = None, y: _Integer | None = None, *, groups: _Integer = ..., mask: _Integer = ...
     ) -> None: ...
     def contact_points(self, x: _Integer, y: _Integer) -> ContactPoints: ...
+    def set_look_ahead(self, length: _Real) -> None: ...
     def set_question_importance(
         self, question: Literal["meet", "distance", "motion", "contacts"], importance: _Real
     ) -> None: ...
@@ -705,6 +715,147 @@ class Scene:
     def view(self, path: str | PathLike[str] | None = None) -> View: ...
     def __len__(self) -> int: ...
 
+@final
+class ContactData:
+    @property
+    def names(self) -> set[str]: ...
+    @property
+    def point(self) -> NDArray[np.float64]: ...
+    @property
+    def normal(self) -> NDArray[np.float64]: ...
+    @property
+    def depth(self) -> float: ...
+    def index(self, name: str) -> int: ...
+
+@final
+class DistanceData:
+    @property
+    def names(self) -> set[str]: ...
+    @property
+    def distance(self) -> float: ...
+    def index(self, name: str) -> int: ...
+    def point(self, name: str) -> NDArray[np.float64]: ...
+
+class CollisionManager:
+    def __new__(cls) -> CollisionManager: ...
+    def add_object(self, name: str, mesh: _Surface, transform: ArrayLike | None = None) -> None: ...
+    def remove_object(self, name: str) -> None: ...
+    def set_transform(self, name: str, transform: ArrayLike) -> None: ...
+    @overload
+    def in_collision_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, return_names: _No = False, return_data: _No = False
+    ) -> bool: ...
+    @overload
+    def in_collision_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, *, return_names: _Yes, return_data: _No = False
+    ) -> tuple[bool, set[str]]: ...
+    @overload
+    def in_collision_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, return_names: _No = False, *, return_data: _Yes
+    ) -> tuple[bool, list[ContactData]]: ...
+    @overload
+    def in_collision_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, *, return_names: _Yes, return_data: _Yes
+    ) -> tuple[bool, set[str], list[ContactData]]: ...
+    @overload
+    def in_collision_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, return_names: bool = False, return_data: bool = False
+    ) -> Any: ...
+    @overload
+    def in_collision_internal(self, return_names: _No = False, return_data: _No = False) -> bool: ...
+    @overload
+    def in_collision_internal(self, *, return_names: _Yes, return_data: _No = False) -> tuple[bool, set[_Names]]: ...
+    @overload
+    def in_collision_internal(
+        self, return_names: _No = False, *, return_data: _Yes
+    ) -> tuple[bool, list[ContactData]]: ...
+    @overload
+    def in_collision_internal(
+        self, *, return_names: _Yes, return_data: _Yes
+    ) -> tuple[bool, set[_Names], list[ContactData]]: ...
+    @overload
+    def in_collision_internal(self, return_names: bool = False, return_data: bool = False) -> Any: ...
+    @overload
+    def in_collision_other(
+        self, other_manager: CollisionManager, return_names: _No = False, return_data: _No = False
+    ) -> bool: ...
+    @overload
+    def in_collision_other(
+        self, other_manager: CollisionManager, *, return_names: _Yes, return_data: _No = False
+    ) -> tuple[bool, set[_Names]]: ...
+    @overload
+    def in_collision_other(
+        self, other_manager: CollisionManager, return_names: _No = False, *, return_data: _Yes
+    ) -> tuple[bool, list[ContactData]]: ...
+    @overload
+    def in_collision_other(
+        self, other_manager: CollisionManager, *, return_names: _Yes, return_data: _Yes
+    ) -> tuple[bool, set[_Names], list[ContactData]]: ...
+    @overload
+    def in_collision_other(
+        self, other_manager: CollisionManager, return_names: bool = False, return_data: bool = False
+    ) -> Any: ...
+    @overload
+    def min_distance_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, return_name: _No = False, return_data: _No = False
+    ) -> float: ...
+    @overload
+    def min_distance_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, *, return_name: _Yes, return_data: _No = False
+    ) -> tuple[float, str | None]: ...
+    @overload
+    def min_distance_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, return_name: _No = False, *, return_data: _Yes
+    ) -> tuple[float, DistanceData | None]: ...
+    @overload
+    def min_distance_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, *, return_name: _Yes, return_data: _Yes
+    ) -> tuple[float, str | None, DistanceData | None]: ...
+    @overload
+    def min_distance_single(
+        self, mesh: _Surface, transform: ArrayLike | None = None, return_name: bool = False, return_data: bool = False
+    ) -> Any: ...
+    @overload
+    def min_distance_internal(
+        self, name: str | None = None, return_names: _No = False, return_data: _No = False
+    ) -> float: ...
+    @overload
+    def min_distance_internal(
+        self, name: str | None = None, *, return_names: _Yes, return_data: _No = False
+    ) -> tuple[float, _Names | None]: ...
+    @overload
+    def min_distance_internal(
+        self, name: str | None = None, return_names: _No = False, *, return_data: _Yes
+    ) -> tuple[float, DistanceData | None]: ...
+    @overload
+    def min_distance_internal(
+        self, name: str | None = None, *, return_names: _Yes, return_data: _Yes
+    ) -> tuple[float, _Names | None, DistanceData | None]: ...
+    @overload
+    def min_distance_internal(
+        self, name: str | None = None, return_names: bool = False, return_data: bool = False
+    ) -> Any: ...
+    @overload
+    def min_distance_other(
+        self, other_manager: CollisionManager, return_names: _No = False, return_data: _No = False
+    ) -> float: ...
+    @overload
+    def min_distance_other(
+        self, other_manager: CollisionManager, *, return_names: _Yes, return_data: _No = False
+    ) -> tuple[float, _Names | None]: ...
+    @overload
+    def min_distance_other(
+        self, other_manager: CollisionManager, return_names: _No = False, *, return_data: _Yes
+    ) -> tuple[float, DistanceData | None]: ...
+    @overload
+    def min_distance_other(
+        self, other_manager: CollisionManager, *, return_names: _Yes, return_data: _Yes
+    ) -> tuple[float, _Names | None, DistanceData | None]: ...
+    @overload
+    def min_distance_other(
+        self, other_manager: CollisionManager, return_names: bool = False, return_data: bool = False
+    ) -> Any: ...
+
 def _state(record: object) -> bytes: ...
 def _restore(name: str, version: str, state: bytes) -> Any: ...
 def collide(
@@ -729,6 +880,7 @@ def collide_batch(
     memory: Memory | None = None,
     prior: _Real | None = None,
     threads: _Integer = 1,
+    progress: _Progress | None = None,
 ) -> CollisionBatch: ...
 def distance(
     a: _Surface,
@@ -768,6 +920,7 @@ def distance_batch(
     work: _Integer | None = None,
     memory: Memory | None = None,
     threads: _Integer = 1,
+    progress: _Progress | None = None,
 ) -> DistanceBatch: ...
 def contacts(
     a: _Surface,
@@ -881,16 +1034,32 @@ class Robot:
     def remove(self, number: _Integer) -> None: ...
     def link_poses(self, Q: ArrayLike) -> NDArray[np.float64]: ...
     def collide(
-        self, Q: ArrayLike, *, budget: _Real | None = None, work: _Integer | None = None, threads: _Integer = 1
+        self,
+        Q: ArrayLike,
+        *,
+        budget: _Real | None = None,
+        work: _Integer | None = None,
+        threads: _Integer = 1,
+        progress: _Progress | None = None,
     ) -> RobotCollisions: ...
+    def collide_all(
+        self,
+        Q: ArrayLike,
+        *,
+        budget: _Real | None = None,
+        work: _Integer | None = None,
+        progress: _Progress | None = None,
+    ) -> RobotMeetings: ...
     def clearance(
         self,
         Q: ArrayLike,
         *,
         tolerance: _Real = 1e-6,
+        scope: Literal["robot", "obstacles"] | _Integer | None = None,
         budget: _Real | None = None,
         work: _Integer | None = None,
         threads: _Integer = 1,
+        progress: _Progress | None = None,
     ) -> RobotClearances: ...
     def edges(
         self,
@@ -902,6 +1071,7 @@ class Robot:
         budget: _Real | None = None,
         work: _Integer | None = None,
         threads: _Integer = 1,
+        progress: _Progress | None = None,
     ) -> RobotEdges: ...
     def path(
         self,
@@ -935,6 +1105,20 @@ class RobotCollisions:
     def verdict(self) -> NDArray[np.int8]: ...
     @property
     def pairs(self) -> NDArray[np.int64]: ...
+    @property
+    def work(self) -> NDArray[np.uint64]: ...
+    def __len__(self) -> int: ...
+
+@final
+class RobotMeetings:
+    @property
+    def verdict(self) -> NDArray[np.int8]: ...
+    @property
+    def complete(self) -> NDArray[np.bool_]: ...
+    @property
+    def pairs(self) -> NDArray[np.int64]: ...
+    @property
+    def offsets(self) -> NDArray[np.int64]: ...
     @property
     def work(self) -> NDArray[np.uint64]: ...
     def __len__(self) -> int: ...

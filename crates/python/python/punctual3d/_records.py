@@ -36,6 +36,7 @@ _NAMES = [
     "RobotClearances",
     "RobotCollisions",
     "RobotEdges",
+    "RobotMeetings",
     "SceneHits",
     "ShapeCast",
     "View",

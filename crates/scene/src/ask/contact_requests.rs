@@ -10,6 +10,8 @@ pub(crate) struct ContactRequests {
     /// Those of which one body is in the groups of one of these filters, and the other in its mask.
     pub between: Vec<Filter>,
     pub chosen: BTreeSet<PairKey>,
+    /// Distance up to which pairs without contacts are measured.
+    pub look_ahead: f64,
 }
 
 impl ContactRequests {
@@ -18,13 +20,13 @@ impl ContactRequests {
         !self.between.is_empty() || !self.chosen.is_empty()
     }
 
-    /// True if the contacts of a pair with these filters are requested.
-    pub fn has(&self, key: PairKey, pair: [Filter; 2]) -> bool {
+    /// True if the contacts of pairs with these filters are requested.
+    pub fn has(&self, pair: [Filter; 2]) -> bool {
         let [x, y] = pair.map(|filter| filter.groups);
         let has = |&Filter { groups, mask }: &Filter| {
             x & groups != 0 && y & mask != 0 || y & groups != 0 && x & mask != 0
         };
-        self.between.iter().any(has) || self.chosen.contains(&key)
+        self.between.iter().any(has)
     }
 
     pub fn forget(&mut self, body: u32) {

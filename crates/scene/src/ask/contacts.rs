@@ -2,12 +2,14 @@
 
 use crate::Scene;
 use crate::body::margins;
+use crate::checks;
 use crate::error::SceneError;
 use crate::filter::Filter;
 use crate::id::{BodyId, PairKey, bodies_of};
 use crate::pair::batch;
 use glam::DVec3;
 use punctual::Verdict;
+use punctual::intersection::Operand;
 use punctual_geom::Pose;
 
 /// A contact point of two bodies: one of at most four of a [manifold](punctual::contacts::Manifold),
@@ -70,10 +72,13 @@ pub struct Contacts<'s> {
     pub points: &'s [ContactPoint],
     /// True if the points stood for all contacts within the margins when they were found.
     pub is_whole: bool,
+    /// The solid that was inside the other one, or had a vertex in it, while their surfaces did not
+    /// meet. No point stands for that.
+    pub within: Option<BodyId>,
     /// Where no point stands for a contact, the surfaces, taken as those of solids, were at least
     /// this far apart when the points were found, margins not subtracted. It is the sum of the
-    /// margins if the points stand for all contacts, more if the bodies are proven apart by more,
-    /// and 0 if nothing is known. The bodies meet nowhere else before they have moved by
+    /// margins if the points stand for all contacts, more if the bodies are proven apart by more
+    /// ([`Scene::set_look_ahead`]), and 0 if one is `within` the other or nothing is known. The bodies meet nowhere else before they have moved by
     /// `low - drift` relative to each other. If that is negative, they have sunk into each other
     /// by no more elsewhere.
     pub low: f64,
@@ -188,6 +193,38 @@ impl Scene {
         Ok(())
     }
 
+    /// Sets how far apart bodies are found out to be whose contacts are [requested](Self::find_contacts)
+    /// and that have none, besides their skins; 0 by default. A finished question then proves a
+    /// [`Contacts::low`] of the skin and four fifths of their distance, or of the look-ahead if that is
+    /// less. Costs another question for each pair that is found apart, and none while its bodies move by
+    /// less. Of bodies whose boxes are apart, `low` is the skin and the gap of the boxes.
+    ///
+    /// ```
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
+    /// use std::sync::Arc;
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.find_contacts();
+    /// scene.set_look_ahead(0.3)?;
+    /// let ring = Arc::new(Tree::new(shapes::torus(1.0, 0.2, 24)));
+    /// let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    /// let hole = Pose::from_quat([0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.9])?;
+    /// let [a, b] = [(ring, Pose::IDENTITY), (ball, hole)]
+    ///     .map(|(tree, pose)| scene.insert(Body::moving(tree, pose).margin(0.005)).unwrap());
+    /// scene.detect(Budget::unlimited());
+    /// let found = scene.contacts(a, b)?;
+    /// assert!(found.points.is_empty() && found.low > 0.1 && found.drift == 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If it is not from 0 to 2^1000.
+    pub fn set_look_ahead(&mut self, length: f64) -> Result<(), SceneError> {
+        self.bodies_mut().contact_requests.look_ahead = checks::look_ahead(length)?;
+        Ok(())
+    }
+
     /// Stops finding contacts of two bodies, unless [`Scene::find_contacts`] or
     /// [`Scene::find_contacts_between`] includes them.
     ///
@@ -225,9 +262,11 @@ impl Scene {
         let is_of_another = self.broad.is_of_another(bodies, bodies_of(key));
         let proven = self.pairs.apart(key, bodies, self.next_frame());
         let proven = proven.filter(|&(room, _)| !is_of_another && room > f64::NEG_INFINITY);
+        let now = self.apart_now(key);
         let nothing = Contacts {
             points: &[],
             is_whole: false,
+            within: None,
             low: 0.0,
             drift: f64::INFINITY,
             age: frame,
@@ -240,13 +279,28 @@ impl Scene {
             ..nothing
         };
         match proven {
-            _ if is_apart => {
+            _ if is_apart || now > 0.0 => {
                 let room = proven.map_or(0.0, |(room, _)| room);
-                found(room.max(bodies.boxes_apart(key)[0]).max(0.0), 0)
+                found(room.max(now), 0)
             }
             Some((room, since)) => found(room, frame - since),
             None => nothing,
         }
+    }
+
+    /// Lower bound of the distance of two bodies at their present poses, margins subtracted: from
+    /// their boxes, and from the distance that was proven last.
+    fn apart_now(&self, key: PairKey) -> f64 {
+        let (bounds, since, _) = self.proven(key);
+        let low = match since >= self.changed(key) {
+            true => bounds.low,
+            false => {
+                (self.bodies)
+                    .carried(key, bounds, since, self.next_frame())
+                    .low
+            }
+        };
+        low.max(self.bodies.boxes_apart(key)[0])
     }
 
     /// What is known of the contacts of two bodies, as far as the frames so far have found them, if
@@ -268,6 +322,10 @@ impl Scene {
             }
             None => self.was_compared(x, y)? && frame > 0,
         };
+        let within = |inner| {
+            let [a, b] = bodies_of(key).map(|body| self.bodies.id(body));
+            if inner == Operand::A { a } else { b }
+        };
         let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
         let touch = self
             .pairs
@@ -279,6 +337,7 @@ impl Scene {
         Ok(Contacts {
             points: &touch.points,
             is_whole: touch.is_whole,
+            within: touch.within.map(within),
             low: touch.low,
             drift: self.bodies.drift(key, touch, self.next_frame()),
             age: frame - touch.since,

@@ -13,7 +13,7 @@ use super::spent::Spent;
 use super::state::Turn;
 use super::travel::slack;
 use crate::body::{Bodies, Placed, margins};
-use crate::cost::{LEAST_WORK, WORK_PER_PLANE, WORK_PER_QUERY, WORK_PER_ROOT_TEST};
+use crate::cost::{LEAST_WORK, WORK_PER_PLANE, WORK_PER_ROOT_TEST};
 use crate::facts::Facts;
 use crate::id::{PairKey, bodies_of};
 use crate::spot::Spot;
@@ -124,6 +124,7 @@ impl Turn {
         let (bodies, key, frame) = (desk.bodies, self.key(), desk.round.frame);
         let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
         if low <= 0.0
+            || self.looks_beyond(low, desk)
             || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some()
         {
             return false;
@@ -148,7 +149,7 @@ impl Turn {
         let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, desk.round.frame);
         desk.deadline.spend(work);
         self.spent.work += work;
-        if low <= 0.0 {
+        if low <= 0.0 || self.looks_beyond(low, desk) {
             self.state.without_planes = WITHOUT_PLANES << self.state.in_vain;
             self.state.in_vain = MOST_IN_VAIN.min(self.state.in_vain + 1);
             return false;
@@ -171,7 +172,11 @@ impl Turn {
     pub fn may_prove_apart(&self, desk: &Desk) -> bool {
         let until = self.state.proves_from.wrapping_sub(desk.round.frame as u16);
         let is_due = self.state.proves_from == 0 || !(1..=PAUSE as u16).contains(&until);
-        desk.looks_ahead && !desk.held && self.state.verdict == Verdict::Separated && is_due
+        desk.looks_ahead
+            && !desk.held
+            && self.state.verdict == Verdict::Separated
+            && is_due
+            && !self.looks_beyond(0.0, desk)
     }
 
     /// Proves a lower bound of the distance of slow bodies. `None` if the question whether they
@@ -183,30 +188,19 @@ impl Turn {
         b_in_a: Pose,
         desk: &mut Desk,
     ) -> Option<Ended> {
-        let Desk {
-            bodies,
-            round,
-            deadline,
-            workspace,
-            ..
-        } = desk;
+        let Desk { bodies, round, .. } = *desk;
         let (key, frame) = (self.key(), round.frame);
         let Some(mut limit) = reach(bodies, key, pair, frame) else {
             self.state.proves_from = (frame + BREAK) as u16;
             return None;
         };
         let needed = ROOM * u64::from(self.state.search) + MORE_ROOM;
-        if !deadline.has_room(needed) {
+        if !desk.deadline.has_room(needed) {
             return None;
         }
         self.state.proves_from = (frame + PAUSE) as u16;
         let answer = loop {
-            let question = Question::apart(pair, b_in_a, limit);
-            question.begin(workspace, &self.state.memory, round.to_the_end, 0);
-            deadline.spend(WORK_PER_QUERY);
-            let answer = question.go_on(workspace, &mut self.state.memory, deadline);
-            self.spent.add(Spent::of(workspace));
-            self.spent.work += WORK_PER_QUERY;
+            let answer = self.measure(&Question::apart(pair, b_in_a, limit), desk);
             let Some(Proof::Distance(bounds)) = answer.proof else {
                 return None;
             };
@@ -221,7 +215,7 @@ impl Turn {
                 Verdict::Undecided if bounds.high < limit => limit = bounds.high / 2.0,
                 _ => return None,
             }
-            if limit < LEAST_OF_NEAR * step(bodies, key, frame) || !deadline.has_room(needed) {
+            if limit < LEAST_OF_NEAR * step(bodies, key, frame) || !desk.deadline.has_room(needed) {
                 return None;
             }
         };

@@ -25,7 +25,9 @@ const QUEUE: usize = 1024;
 const FOUND: usize = 1024;
 
 pub(crate) fn workspace() -> Box<Workspace> {
-    Box::new(Workspace::with_capacity(QUEUE, FOUND))
+    let mut workspace = Box::new(Workspace::with_capacity(QUEUE, FOUND));
+    workspace.reserve_containment();
+    workspace
 }
 
 /// Makes room for the contacts of meshes of at most this many triangles and vertices.

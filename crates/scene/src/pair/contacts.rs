@@ -2,10 +2,12 @@
 
 use super::apart::until;
 use super::batch::{Desk, Ended};
-use super::question::Question;
+use super::question::{Answer, Question};
 use super::spent::Spent;
 use super::state::Turn;
+use crate::ask::TurnKind;
 use crate::body::Placed;
+use crate::cost::{LEAST_DISTANCE_WORK, WORK_PER_QUERY};
 use punctual::{Mode, StopReason, Verdict};
 use punctual_geom::Pose;
 
@@ -21,12 +23,7 @@ impl Turn {
         desk: &mut Desk,
     ) -> Ended {
         let (answer, spent) = self.go_on(question, desk);
-        let Desk {
-            bodies,
-            round,
-            workspace,
-            ..
-        } = desk;
+        let (bodies, round, workspace) = (desk.bodies, desk.round, &mut *desk.workspace);
         let (key, frame) = (self.key(), round.frame);
         let Some(touch) = &mut self.state.touch else {
             return Ended::NotBegun;
@@ -36,7 +33,12 @@ impl Turn {
         // An unfinished search without contacts replaces nothing.
         if is_over || !workspace.manifolds().is_empty() {
             touch.nearest = answer.nearest;
-            touch.update(pair, workspace.manifolds(), answer.missing, b_in_a, frame);
+            let within = match answer.verdict {
+                Verdict::Contained { inner } => Some(inner),
+                _ => None,
+            };
+            let rest = (answer.missing, within);
+            touch.update(pair, workspace.manifolds(), rest, b_in_a, frame);
         }
         if is_over {
             (touch.completed, touch.cost) = (frame, spent.work);
@@ -51,7 +53,13 @@ impl Turn {
             self.state.decide(answer.verdict, answer.found, frame);
             if answer.verdict == Verdict::Separated {
                 // Above 0, which proves nothing.
-                let until = until(bodies, key, pair, 0.0, frame);
+                let until = until(
+                    bodies,
+                    key,
+                    pair,
+                    self.look_ahead(pair, b_in_a, desk),
+                    frame,
+                );
                 self.state.apart = until.max(f64::from_bits(1));
             }
         }
@@ -60,5 +68,32 @@ impl Turn {
         } else {
             Ended::Stopped
         }
+    }
+
+    /// True if a bound of a distance is lower than contacts are to look ahead.
+    pub fn looks_beyond(&self, low: f64, desk: &Desk) -> bool {
+        self.kind == TurnKind::Contacts && low < desk.bodies.contact_requests.look_ahead
+    }
+
+    /// Lower bound of the distance of bodies without contacts, as far as the look-ahead and the deadline
+    /// allow.
+    fn look_ahead(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> f64 {
+        if !self.looks_beyond(0.0, desk) || !desk.deadline.has_room(LEAST_DISTANCE_WORK) {
+            return 0.0;
+        }
+        let limit = desk.bodies.contact_requests.look_ahead;
+        let answer = self.measure(&Question::look_ahead(pair, *b_in_a, limit), desk);
+        answer.proof.map_or(0.0, |proof| proof.parts().0)
+    }
+
+    /// Runs a question about the distance of the pair from its begin, besides its own.
+    pub fn measure(&mut self, question: &Question, desk: &mut Desk) -> Answer {
+        let workspace = &mut *desk.workspace;
+        question.begin(workspace, &self.state.memory, desk.round.to_the_end, 0);
+        desk.deadline.spend(WORK_PER_QUERY);
+        let answer = question.go_on(workspace, &mut self.state.memory, desk.deadline);
+        self.spent.add(Spent::of(workspace));
+        self.spent.work += WORK_PER_QUERY;
+        answer
     }
 }

@@ -18,6 +18,9 @@ use punctual::prediction::MAX_STEP_WORK;
 use punctual::{Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 use punctual_geom::Pose;
 
+/// Relative tolerance of distances that are looked ahead: `low` is at least four fifths of `high`.
+const LOOK_AHEAD_TOLERANCE: f64 = 0.2;
+
 /// The question of a pair. An equal question resumes a stopped run.
 #[allow(
     clippy::large_enum_variant,
@@ -136,6 +139,14 @@ impl<'t> Question<'t> {
                 .margins([a.body.margin, b.body.margin])
                 .closer_than(limit),
         )
+    }
+
+    /// The distance of the bodies of a pair, up to a limit, as a fraction of it.
+    #[cold]
+    pub fn look_ahead([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
+        let query = Query::distance(&a.body.tree, &b.body.tree, b_in_a);
+        let query = query.margins([a.body.margin, b.body.margin]).below(limit);
+        Self::Distance(query.relative_tolerance(LOOK_AHEAD_TOLERANCE))
     }
 
     /// The contacts of the bodies of a pair.
@@ -288,12 +299,14 @@ impl<'t> Question<'t> {
                     None if stop.is_final() && found.nearest.is_none() => Verdict::Separated,
                     None => Verdict::Undecided,
                 };
+                // Whether one is inside the other is found out last.
+                let is_open = !stop.is_final() && query.may_contain();
                 let mut answer = Answer {
                     stop,
                     verdict,
                     found: u64::from(within.is_some()),
                     proof: None,
-                    missing: found.low,
+                    missing: if is_open { 0.0 } else { found.low },
                     nearest: found.nearest,
                 };
                 answer.contain(found.within);

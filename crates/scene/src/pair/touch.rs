@@ -14,6 +14,7 @@ use arrayvec::ArrayVec;
 use punctual::clock::ManualClock;
 use punctual::contacts::Manifold;
 use punctual::engine::{Deadline, Fixed, displacement, inherit};
+use punctual::intersection::Operand;
 use punctual_geom::{Pose, length};
 
 /// Maximum number of pairs of triangles of a pair of bodies that intersect, and of points that are
@@ -35,6 +36,8 @@ pub(crate) struct Touch {
     /// was within the margins.
     pub low: f64,
     pub is_whole: bool,
+    /// The body that is inside the other, if one is.
+    pub within: Option<Operand>,
     /// The triangles of the nearest contact, and an upper bound of their distance.
     pub nearest: Option<([u32; 2], f64)>,
     /// The pose of the second body in the frame of the first when this was found.
@@ -56,6 +59,7 @@ impl Touch {
             points: ArrayVec::new(),
             low: 0.0,
             is_whole: false,
+            within: None,
             nearest: None,
             b_in_a: Pose::IDENTITY,
             since: 0,
@@ -67,17 +71,18 @@ impl Touch {
     }
 
     /// Stores the manifolds of two bodies found in `frame`. Contacts not found are at least `low`
-    /// apart.
+    /// apart. No point stands for a body that is `within` the other.
     pub fn update(
         &mut self,
         pair: [&Placed; 2],
         manifolds: &[Manifold],
-        low: f64,
+        (low, within): (f64, Option<Operand>),
         b_in_a: &Pose,
         frame: u64,
     ) {
+        let low = if within.is_some() { 0.0 } else { low };
         (self.low, self.b_in_a, self.since) = (low.min(margins(pair)), *b_in_a, frame);
-        self.is_whole = low == f64::INFINITY;
+        (self.is_whole, self.within) = (low == f64::INFINITY, within);
         let before = core::mem::take(&mut self.points);
         let to_b = b_in_a.inverse_unchecked();
         for (number, manifold) in (0..).zip(manifolds) {
@@ -217,6 +222,7 @@ impl Touches {
         self.highest_id = self.highest_id.max(touch.next_id);
         touch.points.clear();
         (touch.since, touch.completed, touch.cost, touch.nearest) = (0, 0, 0, None);
+        touch.within = None;
         touch.pending = Spent::default();
         self.lent -= 1;
         self.free.push(touch);

@@ -547,3 +547,81 @@ fn a_frame_tells_nothing_false_of_bodies_that_change_after_it() {
     let grows = room_after(&|scene, b| scene.set_tree(b, Arc::clone(&larger)).unwrap());
     assert!(grows == f64::NEG_INFINITY, "{grows}");
 }
+
+/// A ball in the hole of a ring: their boxes overlap, and they are far apart.
+fn ball_in_a_ring(margin: f64) -> (Scene, [BodyId; 2], f64) {
+    let ring = Arc::new(Tree::new(shapes::torus(1.0, 0.2, 24)));
+    let ball = Arc::new(Tree::new(shapes::cuboid(Vec3::splat(0.1), 2)));
+    let query = Query::distance(&ring, &ball, Pose::IDENTITY).absolute_tolerance(1e-12);
+    let distance = query.run(&mut Workspace::new(), Budget::unlimited()).value;
+    let mut scene = Scene::new();
+    scene.find_contacts();
+    let ids = [ring, ball].map(|tree| {
+        let body = Body::moving(tree, Pose::IDENTITY).margin(margin);
+        scene.insert(body).unwrap()
+    });
+    (scene, ids, distance.high)
+}
+
+#[test]
+fn the_room_of_bodies_apart_is_what_is_proven_of_them() {
+    let margin = 0.005;
+    for moves in [false, true] {
+        let (mut scene, [a, b], distance) = ball_in_a_ring(margin);
+        let room = |scene: &mut Scene, x: f64| {
+            if moves {
+                scene.set_pose(b, at(x, 0.0, 0.0)).unwrap();
+            }
+            detect(scene, Budget::unlimited());
+            let found = scene.contacts(a, b).unwrap();
+            assert!(found.points.is_empty() && found.is_whole);
+            found.low - found.drift
+        };
+        assert!(room(&mut scene, 1e-5) <= distance);
+        // Measured, and found out ahead.
+        scene.measure(a, b, 1e-4).unwrap();
+        let measured = room(&mut scene, 2e-5);
+        assert!(
+            distance - 1e-3 < measured && measured <= distance,
+            "{measured}"
+        );
+        // Moved after the frame: less of it is left.
+        scene.set_pose(b, at(0.1, 0.0, 0.0)).unwrap();
+        let found = scene.contacts(a, b).unwrap();
+        let left = found.low - found.drift;
+        assert!(
+            distance - 0.102 < left && left <= distance - 0.0999,
+            "{left}"
+        );
+    }
+}
+
+#[test]
+fn contacts_look_ahead_as_far_as_asked() {
+    for (ahead, least) in [(0.0, 0.0), (0.05, 0.05), (10.0, 0.8)] {
+        let (mut scene, [a, b], distance) = ball_in_a_ring(0.005);
+        scene.set_look_ahead(ahead).unwrap();
+        let mut works = Vec::new();
+        for step in 0..4 {
+            scene
+                .set_pose(b, at(1e-4 * f64::from(step), 0.0, 0.0))
+                .unwrap();
+            detect(&mut scene, Budget::unlimited());
+            works.push(scene.report().work);
+            let found = scene.contacts(a, b).unwrap();
+            let left = found.low - found.drift;
+            let least = if ahead > 1.0 { least * distance } else { least };
+            assert!(least * 0.99 <= left && left <= distance, "{ahead}: {left}");
+        }
+        // Not asked again before the room is used up.
+        assert!(ahead == 0.0 || works[1..] == [0; 3], "{works:?}");
+    }
+    let mut scene = Scene::new();
+    for length in [-1.0, f64::NAN, f64::INFINITY] {
+        let refused = scene.set_look_ahead(length);
+        assert!(matches!(
+            refused,
+            Err(SceneError::LookAheadNotALength { .. })
+        ));
+    }
+}

@@ -149,7 +149,7 @@ fn refused(
         insert_compound(far, [Body::moving(Arc::clone(&tree), at(0.0))])
         set_importance(a, f32::NAN) set_margin(a, f64::NAN) set_margin(a, -1.0) set_margin(a, f64::INFINITY)
         measure(a, b, f64::NAN) measure(a, b, -1.0) measure_groups(&[a], &[b], f64::NAN)
-        set_question_importance(PairQuestion::Meet, f32::NAN) set_question_importance(PairQuestion::Contacts, f32::INFINITY)
+        set_look_ahead(-1.0) set_question_importance(PairQuestion::Meet, f32::NAN) set_question_importance(PairQuestion::Contacts, f32::INFINITY)
     }
     told
 }

@@ -167,3 +167,112 @@ fn an_ignored_pair_does_not_meet() {
         Err(SceneError::NoSuchBody { body: a })
     );
 }
+
+/// The contacts of two bodies, the contained one, and what is proven of them now.
+fn told(scene: &mut Scene, [a, b]: [BodyId; 2]) -> (Option<BodyId>, f64, bool, usize) {
+    detect(scene, Budget::unlimited());
+    let found = scene.contacts(a, b).unwrap();
+    assert_eq!(found, scene.contacts(b, a).unwrap());
+    let left = found.low - found.drift;
+    (found.within, left, found.is_complete(), found.points.len())
+}
+
+#[test]
+fn a_contained_body_is_not_free() {
+    let [room, ball] = room_and_ball();
+    for [first, second] in [[0, 1], [1, 0]] {
+        let mut scene = Scene::new();
+        scene.find_contacts();
+        let body = |at_room: bool| match at_room {
+            true => Body::moving(Arc::clone(&room), Pose::IDENTITY),
+            false => Body::moving(Arc::clone(&ball), at(0.0)).margin(0.01),
+        };
+        let ids = [first, second].map(|which| scene.insert(body(which == 0)).unwrap());
+        let inner = ids[usize::from(first == 0)];
+        let near = 3.995 - ball.mesh().aabb().max.x;
+        // In the middle; moved a little; near the wall from within; crossing it; outside; far off.
+        for (x, is_within) in [(0.0, true), (0.001, true), (near, true), (3.5, false)] {
+            scene.set_pose(inner, at(x)).unwrap();
+            let (within, left, complete, points) = told(&mut scene, ids);
+            assert_eq!(within, is_within.then_some(inner), "{x}");
+            assert!(scene.report().meeting_pairs().count() == 1);
+            if is_within {
+                assert!(left <= 0.0 && !complete, "{x}: {left}");
+            }
+            assert_eq!(points > 0, !is_within, "{x}: {points} points");
+        }
+        for x in [5.5, 50.0] {
+            scene.set_pose(inner, at(x)).unwrap();
+            let (within, left, complete, points) = told(&mut scene, ids);
+            assert!(within.is_none() && left > 0.0 && complete && points == 0);
+        }
+    }
+}
+
+/// Whatever the budget: as long as a body may be contained, nothing is said to be apart.
+#[test]
+fn unfinished_contacts_of_solids_claim_no_room() {
+    let [room, ball] = room_and_ball();
+    for work in (400..12_000).step_by(97) {
+        let mut scene = Scene::new();
+        scene.find_contacts();
+        let a = Body::fixed(Arc::clone(&room), Pose::IDENTITY);
+        let b = Body::moving(Arc::clone(&ball), at(2.5)).margin(0.3);
+        let [a, b] = [a, b].map(|body| scene.insert(body).unwrap());
+        for _ in 0..4 {
+            detect(&mut scene, Budget::work(work));
+            let found = scene.contacts(a, b).unwrap();
+            assert!(found.low - found.drift <= 0.0, "{work}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_sensor_has_contacts_only_if_they_are_asked_for() {
+    let [room, ball] = room_and_ball();
+    let mut scene = Scene::new();
+    scene.find_contacts();
+    let sensor = Body::fixed(Arc::clone(&room), Pose::IDENTITY).sensor();
+    let body = Body::moving(Arc::clone(&ball), at(3.5)).margin(0.01);
+    let [a, b] = [sensor, body].map(|body| scene.insert(body).unwrap());
+    assert_eq!(told(&mut scene, [a, b]).3, 0);
+    let work = scene.report().work;
+    scene.find_contacts_of(a, b).unwrap();
+    scene.set_pose(b, at(3.4)).unwrap();
+    assert!(told(&mut scene, [a, b]).3 > 0 && scene.report().work > work);
+    scene.stop_finding_contacts_of(a, b).unwrap();
+    scene.set_pose(b, at(0.0)).unwrap();
+    scene.set_pose(b, at(3.5)).unwrap();
+    assert_eq!(scene.body(a).unwrap().margin, 0.0);
+}
+
+/// A platform moves as it is told; what is on it is found, and nothing of it meets the scenery.
+#[test]
+fn a_kinematic_body_meets_moving_ones_on_its_way() {
+    let [room, ball] = room_and_ball();
+    let mut scene = Scene::new();
+    let [ground, platform] = [-8.0, 0.0].map(|x| {
+        let body = Body::fixed(Arc::clone(&room), at(x));
+        scene.insert(body).unwrap()
+    });
+    let id = scene.insert(Body::moving(ball, at(40.0))).unwrap();
+    // From 0 to 80 in a frame: it overtakes the ball.
+    let way = Motion::straight(at(0.0), 80.0 * DVec3::X).unwrap();
+    scene.set_motion(platform, way).unwrap();
+    assert_eq!(
+        detect(&mut scene, Budget::unlimited())
+            .meeting_pairs()
+            .count(),
+        0
+    );
+    let passages: Vec<_> = scene.passages().collect();
+    let [passage] = passages[..] else {
+        panic!("{passages:?}")
+    };
+    assert_eq!([passage.a, passage.b], [platform, id]);
+    assert!(passage.free_until <= 0.4375 && 0.4375 <= passage.touching_at.unwrap());
+    scene.set_pose(platform, at(38.0)).unwrap();
+    let report = detect(&mut scene, Budget::unlimited());
+    assert_eq!(report.meeting_pairs().count(), 1);
+    assert!(report.pair(ground, platform).is_none());
+}
