@@ -20,6 +20,16 @@ fn a_workspace_has_20_bytes_a_queued_and_8_a_found_pair() {
 }
 
 #[test]
+fn the_page_tells_the_bytes_of_a_workspace_with_the_defaults() {
+    let (_workspace, bytes) = held(Workspace::new);
+    let told = format!("{},{:03} with the defaults", bytes / 1000, bytes % 1000);
+    assert!(
+        include_str!("../docs/real-time.md").contains(&told),
+        "{told}"
+    );
+}
+
+#[test]
 fn a_tree_holds_what_its_statistics_say_and_less_than_200_bytes_a_triangle() {
     let meshes = [
         shapes::icosphere(5),

@@ -1,20 +1,28 @@
 //! The one loop over node pairs, its stop rule and its guarantee.
 //!
-//! Every query runs through [`traverse`], whatever its question ([`Visitor`]):
-//! intersection ([`meeting`]), distance or contacts ([`nearest`]), time of impact ([`motion`]), or
-//! ray casts ([`ray`]); with and without a budget, in every order. Each turn does one step of
-//! bounded work: it tests triangle pairs, or opens a node pair of the frontier ([`expand`]). Before
-//! each step the deadline may end the call. Everything not done by then is still in the buffers:
+//! Every question ([`Visitor`]) about node pairs runs through [`traverse`]: intersection
+//! ([`meeting`]), distance and contacts ([`nearest`]), time of impact ([`motion`]), ray casts
+//! ([`ray`]), points ([`point`]) and containment ([`contained`]); with and without a budget, in
+//! every order. Two questions have a loop of their own beside it, under the same deadline:
+//! manifolds step through the overlaps after the contacts ([`overlaps`]), and [`motion`] goes from
+//! substep to substep, and skips those that its bounds prove free.
+//!
+//! Each turn does one step of bounded work: it tests triangle pairs, or opens a node pair of the
+//! frontier ([`expand`]). Before each step the deadline may end the call. Everything not done by
+//! then is still in the buffers:
 //!
 //! **Guarantee.** At every moment each pair of triangles that matters to the question has been
 //! taken into account, or waits, or is in doubt, or lies under a pair of the frontier. So empty
 //! buffers prove that nothing was missed. A stopped run can bound what may be missing and continue
 //! later as if it had never stopped.
 //!
+//! [`contained`]: super::contained
 //! [`expand`]: super::expand
 //! [`meeting`]: super::meeting
 //! [`motion`]: super::motion
 //! [`nearest`]: super::nearest
+//! [`overlaps`]: super::overlaps
+//! [`point`]: super::point
 //! [`ray`]: super::ray
 
 use super::corners::Corners;

@@ -27,8 +27,8 @@ use core::time::Duration;
 use punctual_geom::Pose;
 use punctual_geom::lanes::Instructions;
 
-/// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a
-/// ray, allocates more.
+/// The buffers of a query, allocated once. Only some first queries allocate more:
+/// [`Query::run`](crate::Query::run).
 ///
 /// It holds the pairs that the last query found, and the state that [`crate::Query::resume`]
 /// continues from. A fresh workspace and a used one give the same answers. A clone has the same

@@ -222,13 +222,13 @@ impl Stepwise for Steps<'_> {
             .map_or(none.to_owned(), |contact| length(contact.distance));
         let lines = self.draw(stage);
         let drawn = self.drawn.len() as u64;
-        let found = if said.stats.found > drawn {
-            format!("{}, {} drawn", count(said.stats.found), count(drawn))
-        } else {
-            count(said.stats.found)
-        };
+        let mut remarks = Vec::from_iter(remark);
+        let found = "Contacts found";
+        if said.stats.found > drawn {
+            remarks.push(fact(found, format!("{} are drawn", count(drawn))));
+        }
         let mut facts = vec![
-            fact("Contacts found", found),
+            fact(found, count(said.stats.found)),
             fact("Least distance found", nearest),
             fact(
                 "Missing ones are apart by",
@@ -243,7 +243,7 @@ impl Stepwise for Steps<'_> {
         facts.extend(tests(&said.stats));
         let (surfaces, focus) = (&self.surfaces, stage.focus(&self.around));
         Ok(
-            json!({ "facts": facts, "remarks": Vec::from_iter(remark), "surfaces": surfaces, "boxes": boxes, "lines": lines, "focus": focus }),
+            json!({ "facts": facts, "remarks": remarks, "surfaces": surfaces, "boxes": boxes, "lines": lines, "focus": focus }),
         )
     }
 }

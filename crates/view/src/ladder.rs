@@ -46,6 +46,9 @@ pub fn climb<Q: Stepwise>(
         } else {
             1.0
         };
+        if step["focus"].is_null() {
+            step["open"] = stage.focus_on_open();
+        }
         step["name"] = json!(format!(
             "{} units, {} of the whole",
             count(spent),

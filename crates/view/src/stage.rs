@@ -18,6 +18,8 @@ pub struct Stage {
     /// Which way is up, if nobody tells.
     pub up: Guess,
     bounds: Aabb,
+    /// Around the boxes that were open at the last look.
+    open: Aabb,
     middle: DVec3,
     radius: f64,
     meshes: Vec<Shown>,
@@ -77,6 +79,7 @@ impl Stage {
             arrays,
             up,
             bounds,
+            open: Aabb::EMPTY,
             middle,
             radius,
             meshes,
@@ -205,6 +208,7 @@ impl Stage {
         boxes
             .iter_mut()
             .for_each(|open| *open = open.intersection(&self.bounds));
+        self.open = boxes.iter().fold(Aabb::EMPTY, |all, open| all.union(open));
         boxes.sort_by(|a, b| {
             b.extents()
                 .max_element()
@@ -278,6 +282,11 @@ impl Stage {
         }
         let radius = 0.5 * found.extents().length() / self.radius;
         json!([self.point(found.center()), radius as f32])
+    }
+
+    /// The same of the boxes that were open at the last look.
+    pub fn focus_on_open(&self) -> Value {
+        self.focus(&self.open)
     }
 
     /// Half of the diagonal of what is shown.

@@ -51,10 +51,10 @@ class Camera {
     this.fits = false;
   }
 
-  // Brings a ball into sight.
-  lookAt(center, radius) {
+  // Brings a ball into sight; a smaller one than `least` allows remains small.
+  lookAt(center, radius, least = 0.08) {
     this.target = [...center];
-    this.distance = Math.max(2.5 * radius, 0.08) / Math.sin(FIELD_OF_VIEW / 2);
+    this.distance = Math.max(2.5 * radius, least) / Math.sin(FIELD_OF_VIEW / 2);
     this.fits = false;
   }
 

@@ -15,6 +15,9 @@ const GRID = 0.5;
 // Most difference of poses, at which a body that is seen through would only be a stain on the one that moves.
 const SAME = 0.02;
 const AXES = ["x", "y", "z"];
+// Layers of two bodies, and the least distance from which one of them is looked at.
+const BODIES = ["a", "b"];
+const TINY = 1e-3;
 // Milliseconds for a picture, from which on it is slow.
 const SLOW = 25;
 // Milliseconds for a step that is played, and for all of few steps.
@@ -139,9 +142,14 @@ class Page {
       this.changed();
     });
     byId("found").addEventListener("click", () => {
-      this.camera.lookAt(...this.step.focus);
+      this.camera.lookAt(...(this.step.focus ?? this.step.open));
       this.changed();
     });
+    const { key, names } = this.data.view;
+    for (const [layer, text] of key.filter(([layer]) => !names && BODIES.includes(layer))) {
+      const button = Object.assign(byId(layer), { hidden: false, ariaLabel: text });
+      button.addEventListener("click", () => this.lookAtBody(layer));
+    }
     for (const id of ["opacity", "side", "cut"]) byId(id).addEventListener("input", () => this.changed(true));
     document.addEventListener("keydown", event => {
       const { key, target } = event;
@@ -149,6 +157,7 @@ class Page {
       const up = AXES.indexOf(key);
       if (key === "0") byId("whole").click();
       else if (key === "f") byId("found").click();
+      else if (BODIES.includes(key)) byId(key).click();
       else if (key === "Escape") this.pick([]);
       // A list of choices takes letters for itself, and what can be pressed takes the space.
       else if (up >= 0 && !target.matches?.("select")) this.stand(up);
@@ -176,7 +185,7 @@ class Page {
 
   tell(step) {
     this.step = step;
-    const { name, facts, remarks, focus, marks } = step;
+    const { name, facts, remarks, focus, open, marks } = step;
     this.budget.output.textContent = name;
     this.budget.input.setAttribute("aria-valuetext", name);
     const told = new Map(remarks);
@@ -184,7 +193,7 @@ class Page {
       const remark = told.has(name) ? [" ", element("small", { textContent: told.get(name) })] : [];
       return element("tr", {}, element("td", {}, name), element("td", {}, value, ...remark));
     }));
-    byId("found").disabled = !focus;
+    Object.assign(byId("found"), { disabled: !(focus ?? open), textContent: open ? "What is open" : "What was found" });
     if (marks) {
       this.marks.replaceChildren(...marks.flatMap(([text, time, pose]) => {
         const button = element("button", { textContent: text });
@@ -221,6 +230,14 @@ class Page {
     this.picked = picked;
     byId("pairs").hidden = !this.step.pairs;
     if (this.step.pairs) this.pairs.show(this.step, picked.length === 1 ? picked[0].body : undefined);
+    this.changed();
+  }
+
+  // Brings one of two bodies into sight, however small it is.
+  lookAtBody(body) {
+    const [layer, mesh, pose] = this.step.surfaces.find(([layer]) => layer === body);
+    const moves = layer === "b" && this.data.view.times;
+    this.camera.lookAt(...this.data.ball([layer, mesh, moves ? this.moving : pose]), TINY);
     this.changed();
   }
 
