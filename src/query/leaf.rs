@@ -116,7 +116,10 @@ impl Traversal<'_, '_, Meeting<'_>> {
             run: Run { stats, .. },
             ..
         } = &mut *self.workspace;
-        let (halves, work) = (search.halves(trees), stats.exact_tests * WORK_PER_EXACT_TEST);
+        let (halves, work) = (
+            search.halves(trees),
+            stats.exact_tests * WORK_PER_EXACT_TEST,
+        );
         if stats.found > 0 || !halves.is_due(work) {
             return false;
         }

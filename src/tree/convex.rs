@@ -78,7 +78,10 @@ pub(super) fn convex(tree: &Tree, solid: &Solidity) -> Box<[Option<Convex>]> {
     for (triangle, vertices) in tree.corners.iter().enumerate() {
         let one = of(triangle);
         let share = 1.0 / (3.0 * solid.components()[one].triangles as f64);
-        let sum: DVec3 = vertices.iter().map(|&vertex| vertex_point(tree, vertex)).sum();
+        let sum: DVec3 = vertices
+            .iter()
+            .map(|&vertex| vertex_point(tree, vertex))
+            .sum();
         all[one].center += share * sum;
     }
     for triangle in 0..tree.corners.len() {
@@ -94,7 +97,9 @@ pub(super) fn convex(tree: &Tree, solid: &Solidity) -> Box<[Option<Convex>]> {
         if all[index].is_convex {
             for &vertex in vertices {
                 let last = core::mem::replace(&mut last_of[vertex as usize], index as u32);
-                all[index].corners.extend((last != index as u32).then_some(vertex));
+                all[index]
+                    .corners
+                    .extend((last != index as u32).then_some(vertex));
             }
         }
     }
@@ -186,14 +191,21 @@ impl Candidate {
             let faces = (0..tree.corners.len() as u32).filter(is_own);
             let most = faces.map(|triangle| {
                 let (corners, volume) = self.cone(tree, triangle);
-                let points = self.corners.iter().map(|&vertex| vertex_point(tree, vertex));
+                let points = self
+                    .corners
+                    .iter()
+                    .map(|&vertex| vertex_point(tree, vertex));
                 let excesses = points.map(|p| excess(corners, p - self.center));
                 excesses.fold(0.0, f64::max) / volume
             });
             slack = most.fold(0.0, f64::max).min(slack);
         }
         (slack <= MOST_SLACK).then(|| Convex {
-            corners: self.corners.iter().map(|&vertex| tree.mesh.vertex(vertex as usize)).collect(),
+            corners: self
+                .corners
+                .iter()
+                .map(|&vertex| tree.mesh.vertex(vertex as usize))
+                .collect(),
             center,
             radius: self.radius * length * (1.0 + 1e-12),
             inradius: self.inradius * length * (1.0 - 1e-12),

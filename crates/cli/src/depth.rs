@@ -91,7 +91,11 @@ fn print(
     rows: &[Row<Answer<Penetration>>],
     asks_limit: bool,
 ) -> io::Result<()> {
-    let [header, none] = if asks_limit { [",deeper", ","] } else { [""; 2] };
+    let [header, none] = if asks_limit {
+        [",deeper", ","]
+    } else {
+        [""; 2]
+    };
     writeln!(out, "pose,low,high,nx,ny,nz,ns,stop,work{header}")?;
     for (i, row) in rows.iter().enumerate() {
         let Some((said, least)) = row else {

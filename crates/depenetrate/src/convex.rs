@@ -122,7 +122,11 @@ impl Polytope {
                 let edge = (q - p).try_normalize()?;
                 let aside = toward - edge * edge.dot(toward);
                 let is_clear = aside.length() > 1e-6 * toward.length();
-                Some(if is_clear { unit(aside) } else { edge.any_orthonormal_vector() })
+                Some(if is_clear {
+                    unit(aside)
+                } else {
+                    edge.any_orthonormal_vector()
+                })
             }
             [p, q, r] => {
                 let normal = (q - p).cross(r - p).try_normalize()?;
@@ -176,7 +180,9 @@ impl Polytope {
 
     /// The face that 0 is least inside of.
     fn nearest(&self) -> Option<&Face> {
-        self.faces.iter().min_by(|f, g| f.height.total_cmp(&g.height))
+        self.faces
+            .iter()
+            .min_by(|f, g| f.height.total_cmp(&g.height))
     }
 }
 
@@ -245,8 +251,8 @@ impl Machine<'_, '_, '_> {
         let toward = -(pose.rotation().transpose() * support.direction);
         for (k, direction) in [support.direction, toward].into_iter().enumerate() {
             let before = k * a.corners.len();
-            let [from, to] = [support.next, last]
-                .map(|at| at.saturating_sub(before).min(pair[k].corners.len()));
+            let [from, to] =
+                [support.next, last].map(|at| at.saturating_sub(before).min(pair[k].corners.len()));
             let (at, height) = farthest(&pair[k].corners[from..to], direction);
             if height > support.best[k].1 {
                 support.best[k] = (from + at, height);
@@ -274,12 +280,7 @@ impl Machine<'_, '_, '_> {
 
     /// Adds the corner of `D` that is farthest along the direction. Returns the next direction, if
     /// the search is not over.
-    fn enclose(
-        &mut self,
-        [a, b]: [&Convex; 2],
-        support: Support,
-        corner: DVec3,
-    ) -> Option<DVec3> {
+    fn enclose(&mut self, [a, b]: [&Convex; 2], support: Support, corner: DVec3) -> Option<DVec3> {
         let (size, rounding) = (self.size(), self.state.rounding);
         let reach = support.direction.dot(corner);
         let length = reach + 2.0 * rounding;
@@ -297,7 +298,11 @@ impl Machine<'_, '_, '_> {
             return polytope.begin(corner, center / size, 2.0 * margin);
         };
         let height = nearest.height * size;
-        let share = if is_whole { 0.0 } else { self.asked.asked.tolerance };
+        let share = if is_whole {
+            0.0
+        } else {
+            self.asked.asked.tolerance
+        };
         if reach - height <= (share * height).max(2.0 * rounding) {
             let known = self.state.deepest.map_or(0.0, |(_, known)| known);
             if length > known && !is_whole {

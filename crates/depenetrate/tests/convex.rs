@@ -10,9 +10,7 @@ use punctual::tree::Solid;
 use punctual::{
     Answer, Budget, BuildOptions, Mesh, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
-use punctual_depenetrate::{
-    MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
-};
+use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
 
 fn solid(mesh: Mesh) -> Tree {
     Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Keep))
@@ -59,19 +57,29 @@ fn depth(a: &Mesh, b: &Mesh, pose: &Pose) -> f64 {
     let of_b: Vec<DVec3> = corners(b).into_iter().map(placed).collect();
     let of_a = corners(a);
     let faces = |mesh: &Mesh, place: &dyn Fn(DVec3) -> DVec3| -> Vec<[DVec3; 3]> {
-        (0..mesh.len()).map(|i| mesh.triangle(i).map(place)).collect()
+        (0..mesh.len())
+            .map(|i| mesh.triangle(i).map(place))
+            .collect()
     };
     let (a, b) = (faces(a, &|p| p), faces(b, &placed));
     let normals = a.iter().chain(&b).map(|[p, q, r]| (q - p).cross(r - p));
     let edges = |faces: &[[DVec3; 3]]| -> Vec<DVec3> {
         let of = |&[p, q, r]: &[DVec3; 3]| [[p, q], [q, r], [r, p]];
         let is_first = |[p, q]: &[DVec3; 2]| p.to_array() < q.to_array();
-        faces.iter().flat_map(of).filter(is_first).map(|[p, q]| q - p).collect()
+        faces
+            .iter()
+            .flat_map(of)
+            .filter(is_first)
+            .map(|[p, q]| q - p)
+            .collect()
     };
     let of_edges = edges(&b);
-    let crosses = edges(&a)
-        .into_iter()
-        .flat_map(|e| of_edges.iter().map(move |f| e.cross(*f)).collect::<Vec<_>>());
+    let crosses = edges(&a).into_iter().flat_map(|e| {
+        of_edges
+            .iter()
+            .map(move |f| e.cross(*f))
+            .collect::<Vec<_>>()
+    });
     let mut least = f64::INFINITY;
     for normal in normals.chain(crosses) {
         if normal.length() < 1e-9 {
@@ -104,14 +112,23 @@ fn assert_sound(
     workspace: &mut Workspace,
 ) {
     let Penetration { low, high, .. } = answer.value;
-    assert!(low <= depth + 1e-13 && depth <= high + 1e-13, "{depth} {answer:?}");
+    assert!(
+        low <= depth + 1e-13 && depth <= high + 1e-13,
+        "{depth} {answer:?}"
+    );
     let mut verdict = |by: DVec3| {
         let pose = Pose::new(pose.rotation(), pose.translation() + by).unwrap();
-        Query::intersection(a, b, pose).run(workspace, Budget::unlimited()).value
+        Query::intersection(a, b, pose)
+            .run(workspace, Budget::unlimited())
+            .value
     };
     if let Some(direction) = answer.value.direction {
         assert_eq!(verdict(direction * high), Verdict::Separated, "{answer:?}");
-        assert_ne!(verdict(direction * (low * (1.0 - 1e-12))), Verdict::Separated, "{answer:?}");
+        assert_ne!(
+            verdict(direction * (low * (1.0 - 1e-12))),
+            Verdict::Separated,
+            "{answer:?}"
+        );
     }
 }
 
@@ -149,7 +166,10 @@ fn a_small_body_in_a_large_one_is_as_deep_as_its_way_out() {
     let pose = random_pose(0.05, &mut random);
     let truth = depth(large.mesh(), small.mesh(), &pose);
     let query = PenetrationQuery::new(&large, &small, pose);
-    let value = query.solid(true).run(&mut penetration, Budget::unlimited()).value;
+    let value = query
+        .solid(true)
+        .run(&mut penetration, Budget::unlimited())
+        .value;
     assert!(value.low <= truth && truth <= value.high && value.high < 1.001 * value.low);
     // Its surface is apart from that of the large one.
     let value = query.run(&mut penetration, Budget::unlimited()).value;
@@ -209,13 +229,55 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
     let tube = || pipe(0.8, 24);
     vec![
         ("a beam at a wall", wall(), beam(), Pose::IDENTITY, DVec3::Y),
-        ("flush beams", beam(), beam(), shifted(0.2, 0.0, 0.0), -DVec3::X),
-        ("a corner on a wall", wall(), beam(), shifted(2.9, 0.0, 0.0), DVec3::Y),
-        ("angles", angle(), angle(), shifted(0.0, 0.0, 3.0), -DVec3::Z),
-        ("pipes in a row", tube(), tube(), shifted(0.0, 0.0, 2.0), -DVec3::Z),
-        ("pipes side by side", tube(), tube(), shifted(2.0, 0.0, 0.5), -DVec3::X),
-        ("a pipe on a wall", wall(), tube(), shifted(3.0, 1.2, 0.5), -DVec3::Y),
-        ("a pipe in a pipe", pipe(0.8, 24), mapped(&tube(), |p| p * 0.8), shifted(0.0, 0.0, 0.2), DVec3::X),
+        (
+            "flush beams",
+            beam(),
+            beam(),
+            shifted(0.2, 0.0, 0.0),
+            -DVec3::X,
+        ),
+        (
+            "a corner on a wall",
+            wall(),
+            beam(),
+            shifted(2.9, 0.0, 0.0),
+            DVec3::Y,
+        ),
+        (
+            "angles",
+            angle(),
+            angle(),
+            shifted(0.0, 0.0, 3.0),
+            -DVec3::Z,
+        ),
+        (
+            "pipes in a row",
+            tube(),
+            tube(),
+            shifted(0.0, 0.0, 2.0),
+            -DVec3::Z,
+        ),
+        (
+            "pipes side by side",
+            tube(),
+            tube(),
+            shifted(2.0, 0.0, 0.5),
+            -DVec3::X,
+        ),
+        (
+            "a pipe on a wall",
+            wall(),
+            tube(),
+            shifted(3.0, 1.2, 0.5),
+            -DVec3::Y,
+        ),
+        (
+            "a pipe in a pipe",
+            pipe(0.8, 24),
+            mapped(&tube(), |p| p * 0.8),
+            shifted(0.0, 0.0, 0.2),
+            DVec3::X,
+        ),
     ]
 }
 
@@ -232,9 +294,15 @@ fn bodies_that_touch_take_no_longer_than_bodies_that_are_sunk_by_a_nanometer() {
             };
             let (touch, sunk) = (measure(0.0), measure(1e-9));
             println!("{name} {solid}: {touch:?} {sunk:?}");
-            assert!(touch.value.low == 0.0 && touch.value.high < 1e-10, "{name} {touch:?}");
+            assert!(
+                touch.value.low == 0.0 && touch.value.high < 1e-10,
+                "{name} {touch:?}"
+            );
             assert!(touch.stop == StopReason::Finished, "{name} {touch:?}");
-            assert!(2 * touch.stats.work <= 3 * sunk.stats.work, "{name} {touch:?} {sunk:?}");
+            assert!(
+                2 * touch.stats.work <= 3 * sunk.stats.work,
+                "{name} {touch:?} {sunk:?}"
+            );
             assert!(sunk.value.high >= 0.99e-9, "{name} {sunk:?}");
         }
     }
@@ -332,7 +400,14 @@ fn meshes_that_are_not_convex_are_known() {
         corners(&ball),
         ball.triangles().iter().chain(ball.triangles()).copied(),
     );
-    assert!(solid(twice.unwrap()).solid().unwrap().convex().iter().all(Option::is_none));
+    assert!(
+        solid(twice.unwrap())
+            .solid()
+            .unwrap()
+            .convex()
+            .iter()
+            .all(Option::is_none)
+    );
 }
 
 /// Decomposed meshes: the deepest pair of pieces decides here.
@@ -358,9 +433,15 @@ fn convex_pieces_finish_tight() {
             let query = PenetrationQuery::new(&a, &b, pose).solid(is_solid);
             let answer = query.run(&mut penetration, Budget::work(30_000_000));
             let Penetration { low, high, .. } = answer.value;
-            assert!(low <= depth + 1e-12 && depth <= high * 1.0001, "{depth} {answer:?}");
+            assert!(
+                low <= depth + 1e-12 && depth <= high * 1.0001,
+                "{depth} {answer:?}"
+            );
             if is_solid {
-                assert!(high <= 1.001 * low && answer.stop == StopReason::Finished, "{answer:?}");
+                assert!(
+                    high <= 1.001 * low && answer.stop == StopReason::Finished,
+                    "{answer:?}"
+                );
             }
             if let Some(direction) = answer.value.direction {
                 let pose = Pose::new(pose.rotation(), pose.translation() + direction * high);
@@ -373,6 +454,8 @@ fn convex_pieces_finish_tight() {
 }
 
 fn lowest(tree: &Tree, pose: Pose) -> f64 {
-    let heights = corners(tree.mesh()).into_iter().map(|p| pose.transform_point(p).z);
+    let heights = corners(tree.mesh())
+        .into_iter()
+        .map(|p| pose.transform_point(p).z);
     heights.fold(f64::INFINITY, f64::min)
 }

@@ -12,7 +12,7 @@ use punctual::points::PointBounds;
 use punctual::tree::Solid;
 use punctual::{Budget, BuildOptions, Mesh, Pose, Query};
 use punctual_io::Loaded;
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyUserWarning};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;

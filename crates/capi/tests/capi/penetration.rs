@@ -121,7 +121,10 @@ fn limits_and_tolerances_are_those_of_rust() {
     let mut workspace = owned(|out| punctual_penetration_workspace_new(out));
     let (mut other, mut decided) = (PenetrationWorkspace::new(), 0);
     let query = punctual_penetration_query_new(Some(&ours), Some(&ours), raw(&tilted()));
-    assert_eq!((query.absolute_tolerance, query.deeper_than), (0.0, f64::INFINITY));
+    assert_eq!(
+        (query.absolute_tolerance, query.deeper_than),
+        (0.0, f64::INFINITY)
+    );
     for (length, limit) in [(0.0, 1e-6), (0.0, 50.0), (0.5, f64::INFINITY)] {
         let query = punctual_penetration_query {
             absolute_tolerance: length,

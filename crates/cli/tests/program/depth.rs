@@ -127,7 +127,10 @@ fn a_line_that_holds_no_pose_is_an_error() {
 #[test]
 fn a_limit_asks_only_whether_they_penetrate_deeper() {
     let folder = folder();
-    folder.write("poses.txt", at(1.75, 0.25, 0.5) + "2 0 0 0 0 2 0 0 0 0 2 0\n");
+    folder.write(
+        "poses.txt",
+        at(1.75, 0.25, 0.5) + "2 0 0 0 0 2 0 0 0 0 2 0\n",
+    );
     for (limit, answer) in [("0.2", "yes"), ("0.25001", "no"), ("0", "yes")] {
         let arguments = format!("depth cube.obj cube.obj poses.txt --solid --deeper-than {limit}");
         let said = folder.run(&arguments);
@@ -140,7 +143,10 @@ fn a_limit_asks_only_whether_they_penetrate_deeper() {
     assert!(folder.run(budget).out.contains(",work-limit,0,undecided\n"));
     let rough = rows(&folder, "cube.obj cube.obj poses.txt --abs 3", 1);
     let ([low, high], ..) = rough[0].clone().unwrap();
-    assert!(low <= 0.25 && 0.25 <= high && high <= low + 3.0, "{low} {high}");
+    assert!(
+        low <= 0.25 && 0.25 <= high && high <= low + 3.0,
+        "{low} {high}"
+    );
     folder
         .run("depth cube.obj cube.obj poses.txt --deeper-than -1")
         .assert_refused(&["--deeper-than"]);
