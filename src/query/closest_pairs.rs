@@ -106,6 +106,7 @@ impl Traversal<'_, '_, Nearness> {
                 if reduction.skin.covers(of_pair, low, normal, nearest)
                     || falls_beside(shape, pair, of_pair, places, low, normal)
                 {
+                    reduction.skin.add_area(of_pair);
                     continue;
                 }
             }
@@ -170,7 +171,7 @@ impl Traversal<'_, '_, Nearness> {
         }
         self.deadline.allow_for_long_step();
         if let Some(margin) = workspace.contacts.margin() {
-            return self.consider_contact(pair, proven, margin);
+            return self.consider_contact(Bounded { pair, low }, proven, margin);
         }
         let trees = [self.a, self.b];
         let [a, b] = Corners::of_pair(&mut workspace.corners, trees, self.b_in_a, pair);
@@ -195,29 +196,36 @@ impl Traversal<'_, '_, Nearness> {
 
     /// Keeps the contact of a pair that is at least `proven` apart, if its distance is within the
     /// margin.
-    fn consider_contact(&mut self, pair: [u32; 2], proven: f64, margin: f64) {
+    fn consider_contact(&mut self, proposed: Bounded, proven: f64, margin: f64) {
         let Workspace {
             contacts,
             corners,
             run,
             reduction,
             overlaps,
+            search,
             ..
         } = &mut *self.workspace;
-        let trees = [self.a, self.b];
+        let (trees, pair) = ([self.a, self.b], proposed.pair);
         let of_pair @ [a, b] = Corners::of_pair(corners, trees, self.b_in_a, pair);
         let (triangles, stats) = (ids(trees, pair), &mut run.stats);
+        let shape = Shape {
+            trees,
+            b_in_a: self.b_in_a,
+        };
         if proven == 0.0 {
+            if reduction.is_on {
+                if !reduction.take_near(shape, pair, of_pair, overlaps, contacts, stats) {
+                    search.proposed.push(proposed);
+                }
+                return;
+            }
             stats.exact_tests += 1;
             stats.work += WORK_PER_EXACT_TEST;
             if let Some(segment) = triangle_segment(a, b) {
                 stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
                 stats.found += 1;
-                if !reduction.is_on {
-                    return contacts.push(Contact::touching(triangles, of_pair, segment));
-                }
-                contacts.hold();
-                return reduction.take_meeting(pair, of_pair, segment, overlaps);
+                return contacts.push(Contact::touching(triangles, of_pair, segment));
             }
         }
         stats.work += WORK_PER_CLOSEST_POINTS;
@@ -234,13 +242,6 @@ impl Traversal<'_, '_, Nearness> {
         }
         reduction.note(pair, contact.distance);
         found.direction = contact.normal;
-        let shape = Shape {
-            trees,
-            b_in_a: self.b_in_a,
-        };
-        if !reduction.skin.take(shape, pair, of_pair, &found) {
-            overlaps.take_touching(pair, [found.points[0]; 2], true);
-            contacts.hold();
-        }
+        reduction.skin.take(shape, pair, of_pair, &found);
     }
 }

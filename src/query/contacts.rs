@@ -178,7 +178,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
-        let relative = RelativePose::new(self.a, self.b, b_in_a);
+        let relative = RelativePose::within(self.a, self.b, b_in_a, workspace.reduction.reach());
         workspace.contacts.hurry(deadline.is_timed());
         let stop = if self.asked.options.margin > 0.0 {
             let question = Nearness::new(&relative, &workspace.search.interval);

@@ -7,6 +7,7 @@ use super::options::Mode;
 use super::traversal::Traversal;
 use super::triangle_pairs::{ids, is_full, pop_batch, rows};
 use super::workspace::{Run, Workspace};
+use crate::contact::manifold::Shape;
 use crate::contact::{Contact, face_normal};
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
@@ -152,10 +153,20 @@ impl Traversal<'_, '_, Meeting<'_>> {
             ..
         } = &mut *self.workspace;
         let of_pair @ [a, b] = Corners::of_pair(corners, trees, self.b_in_a, pair);
-        stats.exact_tests += 1;
-        stats.work += WORK_PER_EXACT_TEST;
         // The only step whose time varies a hundredfold.
         self.deadline.allow_for_long_step();
+        if reduction.is_on {
+            let shape = Shape {
+                trees,
+                b_in_a: self.b_in_a,
+            };
+            if !reduction.take_near(shape, pair, of_pair, overlaps, contacts, stats) {
+                self.workspace.uncertain.push(pair);
+            }
+            return;
+        }
+        stats.exact_tests += 1;
+        stats.work += WORK_PER_EXACT_TEST;
         if contacts.margin().is_none() {
             if triangles_intersect(a, b) {
                 self.report(pair, || 0);
@@ -163,12 +174,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         } else if let Some(segment) = triangle_segment(a, b) {
             stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
             stats.found += 1;
-            if reduction.is_on {
-                contacts.hold();
-                reduction.take_meeting(pair, of_pair, segment, overlaps);
-            } else {
-                contacts.push(Contact::touching(ids(trees, pair), of_pair, segment));
-            }
+            contacts.push(Contact::touching(ids(trees, pair), of_pair, segment));
         }
     }
 

@@ -6,7 +6,7 @@
 //! ([`overlaps`](super::overlap)), which follow in the same run.
 
 use super::budget::Budget;
-use super::contained::Operand;
+use super::contained::{Containment, Operand};
 use super::deadline::Deadline;
 use super::memory::PairMemory;
 use super::options::{ContactOptions, OptionError};
@@ -15,6 +15,7 @@ use super::overlaps;
 use super::question::{Ask, Query, Question, Remembers};
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::manifold::{Before, Manifold, ManifoldMemory, Shape, number};
+use crate::model::cost::{WORK_PER_RAY, WORK_PER_RAY_TEST};
 use crate::tree::Tree;
 use core::mem;
 use punctual_geom::Pose;
@@ -34,7 +35,12 @@ use punctual_geom::Pose;
 ///
 /// The work is that of the contacts within the skin, and where surfaces meet about as much again.
 /// The first query of a pair that meets makes room in the workspace: 4 bytes for each triangle and
-/// 8 for each vertex.
+/// 12 for each vertex.
+///
+/// Faces that lie in one plane, and edges and corners in one place, are no special case: a foot has
+/// one manifold whose points, depth and area change steadily from apart through touching to sunk.
+/// For manifolds, and for them alone, the faces of B count as drawn in by less than 1e-12 of the
+/// largest coordinate; `meets` and `nearest` are about the surfaces as they are.
 ///
 /// **Guarantee.** A finished query has reduced each pair of triangles within the skin, except those
 /// that add nothing to the polygon of a manifold, nor to its least distance, up to a thousandth.
@@ -88,9 +94,9 @@ pub struct ManifoldBounds {
     /// The triangles (ids of the meshes) of the nearest contact found, up to a thousandth, and
     /// their distance: 0 only if they intersect. `None` if no contact was found.
     pub nearest: Option<([u32; 2], f64)>,
-    /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its surface.
-    /// So the solids overlap, but no manifold tells how to part them. `None` if the surfaces meet,
-    /// and in a stopped query if it is unknown.
+    /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its surface,
+    /// or touching it from inside at most. So the solids overlap, but no manifold tells how to part
+    /// them. `None` if a surface goes through the other, and in a stopped query if it is unknown.
     pub within: Option<Operand>,
 }
 
@@ -126,7 +132,10 @@ impl<'t> Query<'t, Manifolds> {
     /// The query that lists the pairs.
     fn contacts_question(&self) -> Query<'t, super::contacts::Contacts> {
         let query = Query::contacts(self.a, self.b, self.asked.b_in_a);
-        query.margin(self.asked.options.margin)
+        match self.asked.options.margin {
+            0.0 => query,
+            skin => query.margin(skin.max(overlaps::reach(self.shape()))),
+        }
     }
 
     fn shape(&self) -> Shape<'_> {
@@ -134,6 +143,24 @@ impl<'t> Query<'t, Manifolds> {
             trees: [self.a, self.b],
             b_in_a: &self.asked.b_in_a,
         }
+    }
+
+    /// Finds out whether one of two bodies that touch without a curve is inside the other.
+    fn find_inner(
+        &self,
+        to_b: &Pose,
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> StopReason {
+        deadline.begin(workspace.work());
+        if let Some(reason) = deadline.stop(workspace.work()) {
+            return reason;
+        }
+        let inner = workspace.overlaps.inner(self.shape(), to_b);
+        workspace.run.containment = Containment::Known(inner);
+        workspace.run.stats.work += 2 * (WORK_PER_RAY + 2 * WORK_PER_RAY_TEST);
+        deadline.end(workspace.work());
+        StopReason::Finished
     }
 
     fn size(&self) -> f64 {
@@ -178,12 +205,15 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget) {
         self.contacts_question().begin(workspace, memory, budget);
         workspace.run.key = Some(self.key());
-        (workspace.reduction.is_on, workspace.reduction.is_new) = (true, true);
+        let Workspace {
+            reduction,
+            overlaps,
+            contacts,
+            ..
+        } = workspace;
         let width = self.asked.options.margin;
-        workspace.reduction.skin.begin(width, self.size());
-        workspace.overlaps.clear();
-        let room = workspace.contacts.capacity();
-        workspace.overlaps.reserve(room);
+        reduction.begin(width, self.size(), self.shape(), overlaps);
+        overlaps.reserve(contacts.capacity());
     }
 
     fn advance(
@@ -204,8 +234,12 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             let before = Before::new(memory.as_deref(), &to_b, self.size());
             stop = overlaps::advance(self.shape(), before, workspace, deadline);
         }
-        if stop == StopReason::Finished && !workspace.overlaps.meets() && self.may_contain() {
-            stop = self.ask_containment(&self.asked.b_in_a, workspace, deadline);
+        if stop == StopReason::Finished && self.may_contain() {
+            stop = if workspace.overlaps.meets() {
+                self.find_inner(&to_b, workspace, deadline)
+            } else {
+                self.ask_containment(&self.asked.b_in_a, workspace, deadline)
+            };
         }
         workspace.run.stopped = !stop.is_final();
         self.tell(workspace, memory, &to_b, stop);

@@ -1,5 +1,7 @@
 //! Overlaps of two surfaces that meet: from the pairs of triangles that intersect to manifolds.
 //!
+//! All of it is about A and B *drawn in* ([`inset`]), so that no two faces coincide.
+//!
 //! 1. *Link*: pairs that share a triangle, and whose other triangles are neighbors, belong to one
 //!    contact curve.
 //! 2. *Classify*: the vertices of uncut triangles beside the curves are joined into classes.
@@ -16,27 +18,34 @@
 //! Each step takes bounded work, and everything between steps is in [`Overlaps`].
 
 mod depth;
+mod inset;
 
+use super::contained::{Operand, may_hold};
 use super::deadline::Deadline;
+use super::outcome::Stats;
 use super::outcome::StopReason;
 use super::ray::cast_alone;
 use super::ray::state::RayHit;
 use super::workspace::Workspace;
 use crate::contact::manifold::{Before, Manifold, Octagon, Shape, Skin};
-use crate::contact::{directed, face_normal};
+use crate::contact::{Contact, ContactList, directed, face_normal};
 use crate::model::cost::{
-    MAX_DISTANCE_STEP_WORK, WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST,
-    WORK_PER_REGION_TRIANGLE,
+    MAX_DISTANCE_STEP_WORK, WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_CURVE_PAIR,
+    WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST,
+    WORK_PER_REGION_TRIANGLE, WORK_PER_SEGMENT,
 };
 use crate::sets::{find, unite};
 use crate::tree::Tree;
 use crate::tree::inside::inside;
 use alloc::vec::Vec;
 use core::mem;
-use depth::{Group, Probing};
+use depth::{Group, Probing, Spot};
 use glam::DVec3;
+use inset::Inset;
+pub(super) use inset::reach;
+use punctual_geom::triangle::distance::{Closest, closest};
 use punctual_geom::triangle::ray::Side;
-use punctual_geom::{Pose, Ray};
+use punctual_geom::{Pose, Ray, triangle_segment, triangles_intersect};
 
 /// Maximum number of triangles in the regions of the overlaps of one query; those beyond are not
 /// examined ([`Manifold::is_whole`]).
@@ -51,8 +60,8 @@ const _: () = assert!(
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_RAY + 2 * WORK_PER_RAY_TEST
 );
 
-/// Sine of the angle between two triangles up to which they lie in one plane.
-const FLAT: f64 = 1e-9;
+/// Triangles farther apart than this many times what B may be drawn in need not be drawn in.
+const CLEAR: f64 = 64.0;
 
 /// A direction along which few meshes have edges or faces: a unit vector.
 const ACROSS: DVec3 = DVec3::new(
@@ -61,15 +70,14 @@ const ACROSS: DVec3 = DVec3::new(
     0.801_783_725_737_273_2,
 );
 
-/// Two triangles that intersect.
+/// A triangle of A and one of B drawn in that intersect.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
     /// In tree order.
     pair: [u32; 2],
     /// Directed along the cross product of the normals of A's triangle and of B's.
     segment: [DVec3; 2],
-    /// True if the triangles lie in one plane, so that the segment has no direction.
-    is_flat: bool,
+    normals: [DVec3; 2],
     /// True for the first pair with this triangle, for A and for B.
     is_first: [bool; 2],
     /// The group, once the groups are known.
@@ -123,6 +131,8 @@ const FLOODED: u32 = 0;
 struct Member {
     side: u8,
     vertex: u32,
+    /// A triangle that has it.
+    triangle: u32,
     is_inside: bool,
     is_reduced: bool,
     /// A pair whose curve bounds the region of the class.
@@ -160,8 +170,10 @@ enum Phase {
 /// The overlaps of a query.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Overlaps {
+    inset: Inset,
     cuts: Vec<Cut>,
-    meets: bool,
+    /// The first pair found of triangles of A and of B itself that intersect.
+    met: Option<[u32; 2]>,
     phase: Phase,
     /// The next item of the phase.
     at: usize,
@@ -190,20 +202,21 @@ fn reserve<T>(buffer: &mut Vec<T>, most: usize) {
 impl Overlaps {
     pub fn clear(&mut self) {
         self.cuts.clear();
+        self.parents.clear();
         self.groups.clear();
         self.done.clear();
         self.probing.clear();
         (self.phase, self.at) = (Phase::Link, 0);
-        (self.meets, self.is_casting) = (false, false);
+        (self.met, self.is_casting) = (None, false);
         self.parents.clear();
     }
 
-    /// True if a pair intersects.
+    /// True if the surfaces are known to intersect.
     pub fn meets(&self) -> bool {
-        self.meets
+        self.met.is_some()
     }
 
-    /// True if pairs of triangles that intersect or touch are in no manifold yet.
+    /// True if pairs of triangles that intersect are in no manifold yet.
     pub fn is_open(&self) -> bool {
         !self.cuts.is_empty() && !self.is_done()
     }
@@ -225,6 +238,7 @@ impl Overlaps {
     /// Reserves room for this many pairs, of meshes of this size at most.
     pub fn reserve_for(&mut self, cuts: usize, [triangles, vertices]: [usize; 2]) {
         self.reserve(cuts);
+        self.inset.reserve(vertices);
         reserve(&mut self.slots.values, (2 * cuts).next_power_of_two());
         reserve(&mut self.members, 12 * cuts);
         reserve(&mut self.classes, 12 * cuts);
@@ -240,21 +254,28 @@ impl Overlaps {
 
     /// Takes two triangles (tree order) that intersect in this segment.
     fn take(&mut self, pair: [u32; 2], corners: [&[DVec3; 3]; 2], segment: [DVec3; 2]) {
-        let (segment, across) = directed(segment, corners.map(face_normal));
-        self.take_touching(pair, segment, across.length_squared() < FLAT * FLAT);
-        self.meets = true;
-    }
-
-    /// Takes two triangles (tree order) that at least all but intersect.
-    pub fn take_touching(&mut self, pair: [u32; 2], segment: [DVec3; 2], is_flat: bool) {
+        let normals = corners.map(face_normal);
         self.parents.push(self.cuts.len() as u32);
         self.cuts.push(Cut {
             pair,
-            segment,
-            is_flat,
+            segment: directed(segment, normals).0,
+            normals: normals.map(Option::unwrap_or_default),
             is_first: [false; 2],
             group: 0,
         });
+    }
+
+    /// Of bodies that touch without a curve, the one inside the other, a closed solid.
+    pub fn inner(&mut self, shape: Shape, to_b: &Pose) -> Option<Operand> {
+        let ([a, b], [of_a, of_b]) = (shape.trees, self.met.filter(|_| self.cuts.is_empty())?);
+        let [[on_a, ..], [on_b, ..]] = [a.vertices_of(of_a), b.vertices_of(of_b)];
+        if may_hold(a, b) && inside(a, self.inset.place(shape, 1, of_b, on_b)).is_inside() {
+            Some(Operand::B)
+        } else if may_hold(b, a) && self.inset.holds(shape, to_b, shape.place(0, on_a)) {
+            Some(Operand::A)
+        } else {
+            None
+        }
     }
 
     /// Prepares for the first step, after the last pair.
@@ -313,7 +334,7 @@ impl Overlaps {
     }
 
     /// The member for a vertex, a class of its own if it is new.
-    fn member(&mut self, side: usize, vertex: u32) -> u32 {
+    fn member(&mut self, side: usize, triangle: u32, vertex: u32) -> u32 {
         if let Some(known) = self.vertices[side].get(vertex) {
             return known - 1;
         }
@@ -321,6 +342,7 @@ impl Overlaps {
         self.members.push(Member {
             side: side as u8,
             vertex,
+            triangle,
             is_inside: false,
             is_reduced: false,
             claim: None,
@@ -334,11 +356,12 @@ impl Overlaps {
         let Cut { pair, is_first, .. } = self.cuts[at];
         for side in (0..2).filter(|&side| is_first[side]) {
             for vertex in trees[side].vertices_of(pair[side]) {
-                self.member(side, vertex);
+                self.member(side, pair[side], vertex);
             }
             for next in neighbors(trees[side], pair[side]) {
                 if !self.is_cut(side, next) {
-                    let [p, q, r] = trees[side].vertices_of(next).map(|v| self.member(side, v));
+                    let vertices = trees[side].vertices_of(next);
+                    let [p, q, r] = vertices.map(|vertex| self.member(side, next, vertex));
                     unite(&mut self.classes, p, q);
                     unite(&mut self.classes, p, r);
                 }
@@ -359,18 +382,23 @@ impl Overlaps {
             workspace.run.stats.work += WORK_PER_LOOKUP;
             return Ok(());
         }
-        let side = usize::from(self.members[at].side);
-        let place = shape.place(side, self.members[at].vertex);
+        let Member {
+            side,
+            vertex,
+            triangle,
+            ..
+        } = self.members[at];
+        let side = usize::from(side);
+        let place = self.inset.place(shape, side, triangle, vertex);
         let other = shape.trees[1 - side];
         self.members[at].is_inside = if is_closed(other) {
             workspace.run.stats.work += WORK_PER_RAY + 2 * WORK_PER_RAY_TEST;
             deadline.allow_for_long_step();
-            let place = if side == 0 {
-                to_b.transform_point(place)
+            if side == 0 {
+                self.inset.holds(shape, to_b, place)
             } else {
-                place
-            };
-            inside(other, place).is_inside()
+                inside(other, place).is_inside()
+            }
         } else {
             let hit = self.cast(shape, to_b, 1 - side, [place, ACROSS], workspace, deadline)?;
             hit.is_some_and(|hit| hit.side == Side::Back)
@@ -439,7 +467,7 @@ impl Overlaps {
         }
         let group = self.cuts[root].group;
         self.cuts[at].group = group;
-        self.groups[group as usize].add(&self.cuts[at]);
+        self.groups[group as usize].add(&self.cuts[at], self.inset.step);
     }
 
     /// Takes the points of a cut, or of a flooded triangle, into the extremes of its group.
@@ -453,13 +481,13 @@ impl Overlaps {
         {
             let group = group as usize;
             if self.groups[group].first as usize == at {
-                self.groups[group].find_normal(shape, &self.cuts[at..]);
+                self.groups[group].find_normal(self.inset.step);
             }
-            self.groups[group].insert_segment(segment);
+            self.groups[group].insert_segment(segment, at as u32);
             for (side, triangle) in pair.into_iter().enumerate() {
                 for vertex in shape.trees[side].vertices_of(triangle) {
                     if self.inside_root(side, vertex).is_some() {
-                        self.reduce_vertex(shape, side, vertex, group);
+                        self.reduce_vertex(shape, side, [vertex, triangle], group);
                     }
                 }
             }
@@ -468,12 +496,19 @@ impl Overlaps {
             let side = usize::from(flooded.side);
             let group = self.cuts[flooded.cut as usize].group as usize;
             for vertex in shape.trees[side].vertices_of(flooded.triangle) {
-                self.reduce_vertex(shape, side, vertex, group);
+                self.reduce_vertex(shape, side, [vertex, flooded.triangle], group);
             }
         }
     }
 
-    fn reduce_vertex(&mut self, shape: Shape, side: usize, vertex: u32, group: usize) {
+    /// Takes a vertex of a triangle into the extremes of its group.
+    fn reduce_vertex(
+        &mut self,
+        shape: Shape,
+        side: usize,
+        [vertex, triangle]: [u32; 2],
+        group: usize,
+    ) {
         let is_reduced = match self.vertices[side].get(vertex) {
             None => {
                 self.vertices[side].set(vertex, FLOODED);
@@ -483,7 +518,14 @@ impl Overlaps {
             Some(member) => mem::replace(&mut self.members[member as usize - 1].is_reduced, true),
         };
         if !is_reduced {
-            self.groups[group].insert(side, shape.place(side, vertex));
+            let place = shape.place(side, vertex);
+            self.groups[group].insert(
+                side,
+                Spot {
+                    place,
+                    of: [vertex, triangle],
+                },
+            );
         }
     }
 
@@ -614,6 +656,8 @@ pub(super) fn advance(
 pub(super) struct Reduction {
     pub is_on: bool,
     pub skin: Skin,
+    /// The last pair of which it is known whether it intersects.
+    compared: Option<[u32; 2]>,
     /// True when all pairs are listed.
     pub is_listed: bool,
     /// The nearest of the pairs so far (tree order), and its distance.
@@ -626,21 +670,100 @@ impl Reduction {
     pub fn clear(&mut self) {
         if self.is_on {
             self.skin.clear();
-            (self.is_on, self.is_listed, self.nearest) = (false, false, None);
+            (self.is_on, self.is_listed) = (false, false);
+            (self.nearest, self.compared) = (None, None);
         }
     }
 
-    /// Takes a pair of triangles (tree order) with these corners that intersect in a segment.
-    pub fn take_meeting(
+    /// Prepares for a query with a skin of this width. `size` is that of the smaller mesh.
+    pub fn begin(&mut self, width: f64, size: f64, shape: Shape, overlaps: &mut Overlaps) {
+        (self.is_on, self.is_new) = (true, true);
+        overlaps.clear();
+        overlaps.inset.begin(shape);
+        self.skin.begin(width, overlaps.inset.reach(), size);
+    }
+
+    /// How far what is reduced may be from the surfaces.
+    pub fn reach(&self) -> f64 {
+        if self.is_on { self.skin.reach } else { 0.0 }
+    }
+
+    /// Does the next step with two triangles (tree order) that may intersect, or be as close as B
+    /// is drawn in. Returns true if it was the last one.
+    ///
+    /// 1. Until the surfaces are known to meet: do these triangles, or how far are they apart? Those
+    ///    clearly apart are of the skin.
+    /// 2. With B drawn in: a pair of a curve, or one of the skin.
+    pub fn take_near(
         &mut self,
+        shape: Shape,
+        pair: [u32; 2],
+        [a, b]: [&[DVec3; 3]; 2],
+        overlaps: &mut Overlaps,
+        contacts: &mut ContactList,
+        stats: &mut Stats,
+    ) -> bool {
+        stats.exact_tests += 1;
+        stats.work += WORK_PER_EXACT_TEST;
+        if overlaps.met.is_none() && self.compared != Some(pair) {
+            self.compared = Some(pair);
+            if triangles_intersect(a, b) {
+                overlaps.met = Some(pair);
+                self.note(pair, 0.0);
+                return false;
+            }
+            let found = Self::closest(pair, [a, b], stats);
+            if found.low <= self.skin.width {
+                self.note(pair, found.high);
+                if found.low > CLEAR * self.skin.reach {
+                    self.keep(shape, pair, [a, b], &found, stats);
+                    return true;
+                }
+                return false;
+            }
+            return true;
+        }
+        let [inner, ways] = overlaps.inset.corners(shape, pair[1]);
+        if let Some(segment) = triangle_segment(a, &inner) {
+            stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
+            stats.found += 1;
+            contacts.hold();
+            overlaps.take(pair, [a, &inner], segment);
+            self.skin.take_crossing([a, b]);
+            return true;
+        }
+        let mut found = Self::closest(pair, [a, &inner], stats);
+        // The place on B itself, and how far A is before it.
+        let nearest = [0, 1, 2].map(|i| (inner[i] - found.points[1]).length_squared());
+        let corner = (0..3).fold(0, |i, j| if nearest[j] < nearest[i] { j } else { i });
+        found.points[1] -= ways[corner];
+        found.high += ways[corner].dot(found.direction);
+        if found.high <= self.skin.width {
+            self.keep(shape, pair, [a, b], &found, stats);
+        }
+        true
+    }
+
+    /// The closest points of two triangles that are apart, with the normal of their contact.
+    fn closest(pair: [u32; 2], [a, b]: [&[DVec3; 3]; 2], stats: &mut Stats) -> Closest {
+        stats.work += WORK_PER_CLOSEST_POINTS;
+        let mut found = closest(a, b).of_apart(a, b);
+        found.direction = Contact::apart(pair, [a, b], &found).normal;
+        found
+    }
+
+    /// Takes a pair of the skin.
+    fn keep(
+        &mut self,
+        shape: Shape,
         pair: [u32; 2],
         corners: [&[DVec3; 3]; 2],
-        segment: [DVec3; 2],
-        overlaps: &mut Overlaps,
+        found: &Closest,
+        stats: &mut Stats,
     ) {
-        self.note(pair, 0.0);
-        overlaps.take(pair, corners, segment);
-        self.skin.take_meeting(corners);
+        stats.work += WORK_PER_CONTACT;
+        stats.found += 1;
+        self.skin.take(shape, pair, corners, found);
     }
 
     /// Records a pair of triangles (tree order) that are this far apart.

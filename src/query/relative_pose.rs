@@ -74,14 +74,20 @@ const LEAST_GAP: f32 = 1.0 / 64.0;
 
 impl RelativePose {
     pub fn new(a: &Tree, b: &Tree, b_in_a: &Pose) -> Self {
+        Self::within(a, b, b_in_a, 0.0)
+    }
+
+    /// Also for surfaces whose vertices are off by `reach`, in the length unit of the meshes.
+    pub fn within(a: &Tree, b: &Tree, b_in_a: &Pose, reach: f64) -> Self {
         let (ua, ub) = (a.unit(), b.unit());
         let [of_a, of_b] = Unit::exponents([ua, ub]);
         let exponent = of_b - of_a;
         let per_unit = power_of_two(-of_a);
         let scale = power_of_two(exponent.clamp(-1000, 1000));
         let translation = (b_in_a.transform_point(ub.origin) - ua.origin) * per_unit;
-        let position_error =
-            rounding(ua, ub, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20;
+        let position_error = (rounding(ua, ub, b_in_a) + reach) * per_unit
+            + (1.0 + scale) * power_of_two(-43)
+            + 1e-20;
         let deviation = rotation_deviation(b_in_a.rotation());
         let (u, distance) = (f64::from(ROUNDING), translation.length());
         let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + position_error;

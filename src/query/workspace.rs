@@ -276,8 +276,8 @@ impl Workspace {
     }
 
     /// Reserves room for the manifolds of meshes of at most this many triangles and vertices, with
-    /// at most `pairs` pairs of triangles that intersect: 4 bytes for each triangle, 8 for each
-    /// vertex, and about 1.5 kB for each pair.
+    /// at most `pairs` pairs of triangles that intersect: 4 bytes for each triangle, 36 for each
+    /// vertex, and about 1.9 kB for each pair.
     pub fn reserve_manifolds(&mut self, pairs: usize, triangles: usize, vertices: usize) {
         self.reserve_contacts(pairs);
         self.reduction.skin.reserve();

@@ -142,6 +142,16 @@ impl Probe {
         }
     }
 
+    /// Also for surfaces whose corners are off by `reach`, in the length unit of the mesh.
+    pub fn widened(self, tree: &Tree, reach: f64) -> Self {
+        let local_ray = if self.is_outside {
+            self.local_ray
+        } else {
+            self.local_ray.widened(reach * tree.unit.scale())
+        };
+        Self { local_ray, ..self }
+    }
+
     /// Counts a triangle (tree order) with these corners exactly.
     pub fn examine(&self, corners: &[DVec3; 3], triangle: u32, count: &mut Count) {
         match crossing(self.point, self.heading, corners) {
@@ -159,7 +169,26 @@ const POSED_ROUNDING: f64 = 512.0 * f64::EPSILON;
 
 /// Counts the triangles of which `counts` is true along a ray from `point`. `O(n)` at worst.
 pub fn crossings(tree: &Tree, point: DVec3, counts: impl Fn(u32) -> bool) -> Count {
-    let probe = Probe::new(tree, point);
+    let corners = |triangle| tree.corners(triangle);
+    walk(tree, Probe::new(tree, point), counts, corners)
+}
+
+/// Counts the triangles along a ray. Those in doubt have these corners, no farther from their own
+/// than the ray is widened.
+pub(crate) fn crossings_of(
+    tree: &Tree,
+    probe: Probe,
+    corners: impl FnMut(u32) -> [DVec3; 3],
+) -> Count {
+    walk(tree, probe, |_| true, corners)
+}
+
+fn walk(
+    tree: &Tree,
+    probe: Probe,
+    counts: impl Fn(u32) -> bool,
+    corners: impl FnMut(u32) -> [DVec3; 3],
+) -> Count {
     if probe.is_outside {
         return Count::default();
     }
@@ -167,6 +196,7 @@ pub fn crossings(tree: &Tree, point: DVec3, counts: impl Fn(u32) -> bool) -> Cou
         tree,
         probe,
         counts,
+        corners,
     })
 }
 
@@ -175,16 +205,17 @@ pub fn inside(tree: &Tree, point: DVec3) -> Count {
     crossings(tree, point, |_| true)
 }
 
-struct Walk<'t, F> {
+struct Walk<'t, F, C> {
     tree: &'t Tree,
     probe: Probe,
     counts: F,
+    corners: C,
 }
 
 /// Most nodes that wait while one is open.
 const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
 
-impl<F: Fn(u32) -> bool> Kernel for Walk<'_, F> {
+impl<F: Fn(u32) -> bool, C: FnMut(u32) -> [DVec3; 3]> Kernel for Walk<'_, F, C> {
     type Output = Count;
 
     #[inline(always)]
@@ -193,6 +224,7 @@ impl<F: Fn(u32) -> bool> Kernel for Walk<'_, F> {
             tree,
             probe,
             counts,
+            mut corners,
         } = self;
         let (mut waiting, mut sum) = (ArrayVec::<u32, ROOM>::new(), Count::default());
         waiting.push(0);
@@ -208,7 +240,7 @@ impl<F: Fn(u32) -> bool> Kernel for Walk<'_, F> {
             let [leaves, enters, in_doubt] = probe.sort(lanes, tree, node, entered);
             sum.winding += chosen(leaves).count() as i32 - chosen(enters).count() as i32;
             chosen(in_doubt)
-                .for_each(|triangle| probe.examine(&tree.corners(triangle), triangle, &mut sum));
+                .for_each(|triangle| probe.examine(&corners(triangle), triangle, &mut sum));
         }
         sum
     }

@@ -8,11 +8,11 @@ mod identity;
 mod skin;
 
 use arrayvec::ArrayVec;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 pub(crate) use identity::{Before, ManifoldMemory};
 pub use identity::{Fixed, inherit};
-use punctual_geom::{bits, larger};
-pub(crate) use skin::{Shape, Skin, falls_beside};
+use punctual_geom::bits;
+pub(crate) use skin::{SAME, Shape, Skin, around, falls_beside};
 use wide::f64x4;
 
 /// Maximum number of points of a manifold.
@@ -30,19 +30,20 @@ pub struct Manifold {
     /// Unit vector from B to A: moving A along it separates this piece.
     ///
     /// If the surfaces are apart, the normal of the nearest point. For an overlap, minus the area
-    /// vector of the region of A's surface that is inside B, normalized. That is the direction in
-    /// which the volume of the overlap shrinks the fastest. Zero if the piece has no normal: if the
+    /// vector of the region of A's surface that is inside B, normalized: the direction in which the
+    /// volume of the overlap shrinks the fastest. If the overlap is bounded by a flat face within 7
+    /// degrees of it, the normal of that face. Zero if the piece has no normal: if the
     /// vectors of its contact curves cancel out, as for a pin through a plate, or a curve is open.
     pub normal: DVec3,
     /// The least signed distance found; minus the depth if it is negative.
     pub distance: f64,
-    /// Area projected along the normal. For an overlap, the area of the region inside the other
-    /// surface. If the surfaces are apart, the area of the polygon around all points of contact, or
-    /// around most of them.
+    /// Area projected along the normal: of the region inside the other surface, and of the parts of
+    /// faces that face each other within 45 degrees, no farther apart than the skin.
     pub area: f64,
     /// Middle of that area; the middle of the points if there is none.
     pub centroid: DVec3,
-    /// True if the surfaces intersect in this piece.
+    /// True if the surfaces are sunk into each other in this piece. False if they are apart or only
+    /// touch: if they are sunk by no more than about 1e-12 times the largest coordinate.
     pub is_overlap: bool,
     /// True if all of the piece was examined. False if the region of an overlap has more than
     /// [`REGION_LIMIT`](crate::contacts::REGION_LIMIT) triangles: then the depth is a lower bound.
@@ -206,9 +207,9 @@ impl<T: Copy> Octagon<T> {
 /// Distances that differ by less than this, relative to the extent, count as equal.
 const ROUNDING: f64 = 1e-9;
 
-/// Points this close, relative to their coordinates, count as one: where edges cross, each pair of
-/// triangles beside them finds the same point, up to rounding.
-const ONE_PLACE: f64 = 1e-6;
+/// Points this close, relative to the extent and to their coordinates, count as one: where edges
+/// cross, each pair of triangles beside them finds the same point, up to rounding.
+const ONE_PLACE: [f64; 2] = [1e-6, 1e-9];
 
 /// A candidate that stays from the frame before counts as the deepest if it is less deep by no more
 /// than this, relative to the extent.
@@ -218,8 +219,8 @@ const EVEN: f64 = 1e-3;
 const STAY: f64 = 1.5;
 
 /// The indices of at most four of these points: the one with the least distance, then those that
-/// keep the bodies apart where the chosen ones do not. Of equal ones, and of those whose distances
-/// differ by rounding, the first. Those that `stay` (bits) are preferred, so that the choice does
+/// keep the bodies apart where the chosen ones do not. Of those whose distances differ by rounding,
+/// the one farthest from the middle; of equal ones the first. Those that `stay` (bits) are preferred, so that the choice does
 /// not change with small motions.
 ///
 /// While the chosen points stay apart, a body that turns by at most `tilt` (radians) sinks in at a
@@ -248,11 +249,20 @@ pub(crate) fn choose(
     let stays = |i: usize| stay.checked_shr(i as u32).is_some_and(|bits| bits & 1 != 0);
     let all = || candidates.iter().enumerate();
     let mut even = all().filter(|&(i, point)| stays(i) && point.distance <= least + EVEN * extent);
-    let mut deep = all().filter(|(_, point)| point.distance <= least + ROUNDING * extent);
-    let deepest = even.next().or(deep.next()).map_or(0, |(i, _)| i);
+    let deep = all().filter(|(_, point)| point.distance <= least + ROUNDING * extent);
+    let middle = candidates.iter().map(lift).sum::<DVec3>() / candidates.len() as f64;
+    let outermost = deep.fold((0, -1.0), |best, (i, point)| {
+        let out = (lift(point) - middle).truncate().length();
+        if out > best.1 + ROUNDING * extent {
+            (i, out)
+        } else {
+            best
+        }
+    });
+    let deepest = even.next().map_or(outermost.0, |(i, _)| i);
     let mut chosen: ArrayVec<usize, POINTS> = [deepest].into_iter().collect();
     let mut corners: ArrayVec<DVec3, POINTS> = [lift(&candidates[deepest])].into_iter().collect();
-    let least_gain = tilt * ONE_PLACE * (extent + first.middle().length());
+    let least_gain = tilt * (ONE_PLACE[0] * extent + ONE_PLACE[1] * first.middle().length());
     while chosen.len() < POINTS {
         let (mut most, mut best) = (least_gain, None);
         for (i, point) in all() {
@@ -299,31 +309,6 @@ fn sinks(corners: &[DVec3], point: DVec3, tilt: f64) -> f64 {
     bounds.fold(f64::INFINITY, f64::min)
 }
 
-/// The area of the polygon that these points span, seen along the normal, and its middle.
-pub(crate) fn area(normal: DVec3, points: &[ManifoldPoint]) -> Option<(f64, DVec3)> {
-    let [x, y] = frame(normal);
-    let middle = points.iter().map(ManifoldPoint::middle).sum::<DVec3>() / points.len() as f64;
-    let mut places: ArrayVec<(DVec2, DVec3), 16> = points
-        .iter()
-        .take(16)
-        .map(|point| {
-            let v = point.middle() - middle;
-            (DVec2::new(v.dot(x), v.dot(y)), v)
-        })
-        .collect();
-    // Around their middle, the extremes along eight directions are in the order of their angles.
-    places
-        .sort_unstable_by(|(p, _), (q, _)| libm::atan2(p.y, p.x).total_cmp(&libm::atan2(q.y, q.x)));
-    let (mut area, mut moment) = (0.0, DVec3::ZERO);
-    for i in 0..places.len() {
-        let ((p, u), (q, v)) = (places[i], places[(i + 1) % places.len()]);
-        let part = 0.5 * larger(p.perp_dot(q), 0.0);
-        area += part;
-        moment += part / 3.0 * (u + v);
-    }
-    (area > 0.0).then(|| (area, middle + moment / area))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -352,20 +337,5 @@ mod tests {
         assert_eq!(choose(DVec3::Z, &line, 1.0, 0).len(), 2);
         assert_eq!(choose(DVec3::Z, &[at(1.0, 1.0, 0.0); 3], 1.0, 0).len(), 1);
         assert_eq!(choose(DVec3::Z, &[], 1.0, 0).len(), 0);
-    }
-
-    #[test]
-    fn the_area_of_a_square_and_its_middle() {
-        let square = [
-            at(0.0, 0.0, 0.0),
-            at(2.0, 2.0, 0.0),
-            at(2.0, 0.0, 0.0),
-            at(0.0, 2.0, 0.0),
-        ];
-        let (area, middle) = area(DVec3::Z, &square).unwrap();
-        assert!(
-            (area - 4.0).abs() < 1e-12 && (middle - DVec3::new(1.0, 1.0, 0.0)).length() < 1e-12
-        );
-        assert_eq!(super::area(DVec3::Z, &[at(1.0, 1.0, 0.0)]), None);
     }
 }
