@@ -208,7 +208,6 @@ impl Overlaps {
         self.probing.clear();
         (self.phase, self.at) = (Phase::Link, 0);
         (self.met, self.is_casting) = (None, false);
-        self.parents.clear();
     }
 
     /// True if the surfaces are known to intersect.
