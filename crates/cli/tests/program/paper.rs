@@ -65,7 +65,7 @@ fn the_quick_report_is_whole_and_agrees_with_the_model() {
     let folder = Folder::new();
     let answer = folder.run("paper --out report --quick");
     assert_eq!((answer.status, answer.err.as_str()), (0, ""));
-    assert_eq!(answer.out.lines().count(), 9);
+    assert_eq!(answer.out.lines().count(), 8);
 
     let page = folder.read("report/index.html");
     let shown = PLOTS.iter();
