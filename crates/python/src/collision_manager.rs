@@ -497,7 +497,9 @@ impl Wants {
                     data.push(Py::new(py, ContactData { names, place })?);
                 }
             }
-            names.add(told(pair)?)?;
+            if self.names {
+                names.add(told(pair)?)?;
+            }
         }
         self.pack(is_met, names, data, py)
     }
@@ -514,7 +516,9 @@ impl Wants {
         };
         let names = pair.clone().map(Bound::unbind);
         let data = Py::new(py, DistanceData { names, closest })?;
-        self.pack(closest.distance, told(pair)?, data, py)
+        // Names without an order are refused only where they are told.
+        let told = self.names.then(|| told(pair)).transpose()?;
+        self.pack(closest.distance, told, data, py)
     }
 }
 
