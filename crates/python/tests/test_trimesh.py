@@ -1,5 +1,8 @@
 """Beside trimesh and FCL: the drop-in for the CollisionManager, and plain answers where both are right."""
 
+import copy
+import pickle
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -157,6 +160,126 @@ def test_a_manager_is_shared_by_threads():
     with ThreadPoolExecutor(4) as pool:
         for pairs, single in pool.map(ask, range(40)):
             assert pairs == expected and single == {"0", "1"}
+
+
+def test_pickles_and_copies_hold_the_objects(cube):
+    manager, tree = CollisionManager(), punctual3d.Tree.from_trimesh(cube)
+    turned = trimesh.transformations.rotation_matrix(0.3, [1, 2, 3], [0.6, 0.2, 0.3])
+    for name, mesh, pose in [("solid", cube, np.eye(4)), (("b", 1), cube, turned), ("surface", tree, at(0.7)), (3, tree, at(9))]:
+        manager.add_object(name, mesh, pose)
+    manager.remove_object("solid")
+    manager.add_object("solid", cube, at(0.1))
+    hit, data = manager.in_collision_internal(return_data=True)
+    least = manager.min_distance_single(cube, at(11), return_data=True)[1]
+    for again in (pickle.loads(pickle.dumps(manager)), copy.copy(manager), copy.deepcopy(manager)):
+        assert type(again) is CollisionManager and again.in_collision_internal() is hit is True
+        same = again.in_collision_internal(return_data=True)[1]
+        assert [contact.point.tolist() for contact in same] == [contact.point.tolist() for contact in data]
+        again.remove_object(3)
+        assert again.min_distance_single(tree, at(9)) > 7 and manager.min_distance_single(tree, at(9)) == 0
+    for contact in pickle.loads(pickle.dumps(data)):
+        (one,) = [one for one in data if one.point.tolist() == contact.point.tolist()]
+        assert contact.names == one.names and contact.normal.tolist() == one.normal.tolist()
+        assert all(contact.index(name) == one.index(name) for name in one.names)
+        assert getattr(contact, "depth", None) == getattr(one, "depth", None)
+    copied = copy.deepcopy(least)
+    assert copied.names == least.names == {3, "__external"} and copied.distance == least.distance
+    assert copied.point(3).tolist() == least.point(3).tolist() and copied.index(3) == least.index(3)
+
+
+def test_a_class_that_extends_it_has_arguments_of_its_own(cube):
+    class Named(CollisionManager):
+        def __init__(self, title, size=1):
+            super().__init__()
+            self.title, self.size = title, size
+
+    manager = Named("cell", size=2)
+    manager.add_object("cube", cube)
+    assert (manager.title, manager.size) == ("cell", 2) and manager.in_collision_single(cube) is True
+    for arguments, options in [((1,), {}), ((), {"size": 2})]:
+        with pytest.raises(TypeError, match="no arguments"):
+            CollisionManager(*arguments, **options)
+
+
+def test_a_manager_without_objects(cube):
+    empty, other = CollisionManager(), CollisionManager()
+    other.add_object("cube", cube)
+    for a, b in [(empty, other), (other, empty), (empty, CollisionManager())]:
+        assert a.in_collision_other(b, return_names=True, return_data=True) == (False, set(), [])
+        assert a.min_distance_other(b, return_names=True, return_data=True) == (np.inf, None, None)
+    assert empty.in_collision_internal(return_names=True, return_data=True) == (False, set(), [])
+    assert empty.in_collision_single(cube, return_names=True) == (False, set())
+    assert empty.min_distance_single(cube, return_name=True, return_data=True) == (np.inf, None, None)
+    # One alone has no partner, and one that is removed none either.
+    assert other.in_collision_internal() is False and other.min_distance_internal(return_names=True) == (np.inf, None)
+    other.remove_object("cube")
+    assert other.in_collision_single(cube) is False and other.min_distance_single(cube) == np.inf
+    # A mesh without triangles meets nothing.
+    other.add_object("nothing", punctual3d.Tree([], []))
+    assert other.in_collision_single(cube) is False and other.min_distance_single(cube) == np.inf
+
+
+def test_one_meeting_of_very_many_is_found_without_the_others(cube):
+    manager, tree = CollisionManager(), punctual3d.Tree.from_trimesh(cube, solid="flip")
+    for i in range(3000):
+        manager.add_object(i, tree)
+    began = time.process_time()
+    assert manager.in_collision_internal() is True
+    assert time.process_time() - began < 2
+    # Until none meets: the one that is asked is not always the first.
+    for i in range(3000):
+        manager.set_transform(i, at(2 * i))
+    assert manager.in_collision_internal() is False
+    manager.set_transform(1234, at(2 * 2345 + 0.5))
+    assert manager.in_collision_internal() is True
+    assert manager.in_collision_internal(return_names=True) == (True, {(1234, 2345)})
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_scenes_are_those_of_fcl(seed):
+    pytest.importorskip("fcl")
+    random = np.random.default_rng(seed)
+    convex = [trimesh.creation.box([1, 2, 0.5]), trimesh.creation.icosphere(1), trimesh.creation.cylinder(0.6, 2.0)]
+    # Half of the scenes have surfaces, too.
+    meshes = convex + [trimesh.creation.torus(1.0, 0.3), trimesh.creation.annulus(0.5, 1.0, 1.5)] * (seed % 2)
+    pairs = [CollisionManager(), trimesh.collision.CollisionManager()], [CollisionManager(), trimesh.collision.CollisionManager()]
+    spread, known = 2.5 + seed, {}
+    for step, pose in enumerate(random_poses(60, spread, seed=seed)):
+        which, name = pairs[step % 4 == 3], f"{random.integers(12)}"
+        mesh = meshes[random.integers(len(meshes))]
+        if (step % 4 == 3, name) in known and random.random() < 0.5:
+            for manager in which:
+                manager.remove_object(name)
+            del known[step % 4 == 3, name]
+            continue
+        for manager in which:
+            if (step % 4 == 3, name) in known and random.random() < 0.5:
+                manager.remove_object(name)
+            manager.add_object(name, mesh, pose)
+        known[step % 4 == 3, name] = mesh
+        asked = random_poses(1, spread, seed=1000 * seed + step)[0]
+        (ours, theirs), (other, their_other) = pairs
+        said = [m.in_collision_internal(return_names=True) for m in (ours, theirs)]
+        assert said[0] == said[1] and ours.in_collision_internal() is said[0][0]
+        said = [m.in_collision_single(mesh, asked, return_names=True) for m in (ours, theirs)]
+        assert said[0] == said[1]
+        said = [ours.in_collision_other(other, return_names=True), theirs.in_collision_other(their_other, return_names=True)]
+        assert said[0] == said[1]
+        # FCL tells the depth of the first that meets, and distances up to 1e-6 or so.
+        for few, all in [
+            [m.min_distance_single(mesh, asked, return_name=True, return_data=True) for m in (theirs, ours)],
+            [theirs.min_distance_other(their_other, True, True), ours.min_distance_other(other, True, True)],
+            [m.min_distance_internal(None, True, True) for m in (theirs, ours)] if len(theirs._objs) > 1 else [None] * 2,
+        ]:
+            if few is None or not np.isfinite(all[0]) or few[0] > 1e300:
+                continue
+            if few[0] > 0 or all[0] > 0:
+                assert all[0] == pytest.approx(few[0], abs=1e-4) and all[1] == few[1]
+                a, b = ["__external", all[1]] if isinstance(all[1], str) else all[1]
+                if a != b:
+                    assert np.linalg.norm(all[2].point(a) - all[2].point(b)) == pytest.approx(all[0], abs=1e-9)
+            else:
+                assert all[0] <= 0
 
 
 # What follows is what trimesh 5.2 tests of its own manager (tests/test_collision.py) and the tests above do not say.
