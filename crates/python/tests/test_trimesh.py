@@ -174,12 +174,11 @@ def test_pickles_and_copies_hold_the_objects(cube):
     for again in (pickle.loads(pickle.dumps(manager)), copy.copy(manager), copy.deepcopy(manager)):
         assert type(again) is CollisionManager and again.in_collision_internal() is hit is True
         same = again.in_collision_internal(return_data=True)[1]
-        assert [contact.point.tolist() for contact in same] == [contact.point.tolist() for contact in data]
+        assert sorted(contact.point.tolist() for contact in same) == sorted(contact.point.tolist() for contact in data)
         again.remove_object(3)
         assert again.min_distance_single(tree, at(9)) > 7 and manager.min_distance_single(tree, at(9)) == 0
-    for contact in pickle.loads(pickle.dumps(data)):
-        (one,) = [one for one in data if one.point.tolist() == contact.point.tolist()]
-        assert contact.names == one.names and contact.normal.tolist() == one.normal.tolist()
+    for contact, one in zip(pickle.loads(pickle.dumps(data)), data):
+        assert contact.point.tolist() == one.point.tolist() and contact.names == one.names and contact.normal.tolist() == one.normal.tolist()
         assert all(contact.index(name) == one.index(name) for name in one.names)
         assert getattr(contact, "depth", None) == getattr(one, "depth", None)
     copied = copy.deepcopy(least)
@@ -235,51 +234,59 @@ def test_one_meeting_of_very_many_is_found_without_the_others(cube):
     assert manager.in_collision_internal(return_names=True) == (True, {(1234, 2345)})
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_scenes_are_those_of_fcl(seed):
     pytest.importorskip("fcl")
     random = np.random.default_rng(seed)
-    convex = [trimesh.creation.box([1, 2, 0.5]), trimesh.creation.icosphere(1), trimesh.creation.cylinder(0.6, 2.0)]
+    meshes = [trimesh.creation.box([1, 2, 0.5]), trimesh.creation.icosphere(1), trimesh.creation.cylinder(0.6, 2.0)]
     # Half of the scenes have surfaces, too.
-    meshes = convex + [trimesh.creation.torus(1.0, 0.3), trimesh.creation.annulus(0.5, 1.0, 1.5)] * (seed % 2)
-    pairs = [CollisionManager(), trimesh.collision.CollisionManager()], [CollisionManager(), trimesh.collision.CollisionManager()]
-    spread, known = 2.5 + seed, {}
-    for step, pose in enumerate(random_poses(60, spread, seed=seed)):
-        which, name = pairs[step % 4 == 3], f"{random.integers(12)}"
-        mesh = meshes[random.integers(len(meshes))]
-        if (step % 4 == 3, name) in known and random.random() < 0.5:
-            for manager in which:
-                manager.remove_object(name)
-            del known[step % 4 == 3, name]
-            continue
-        for manager in which:
-            if (step % 4 == 3, name) in known and random.random() < 0.5:
-                manager.remove_object(name)
-            manager.add_object(name, mesh, pose)
-        known[step % 4 == 3, name] = mesh
-        asked = random_poses(1, spread, seed=1000 * seed + step)[0]
-        (ours, theirs), (other, their_other) = pairs
-        said = [m.in_collision_internal(return_names=True) for m in (ours, theirs)]
-        assert said[0] == said[1] and ours.in_collision_internal() is said[0][0]
-        said = [m.in_collision_single(mesh, asked, return_names=True) for m in (ours, theirs)]
+    meshes += [trimesh.creation.torus(1.0, 0.3)] * (seed % 2)
+    ours, objects, meets = [CollisionManager(), CollisionManager()], [{}, {}], 0
+    for step, pose in enumerate(random_poses(40, 2.5 + seed, seed=seed)):
+        side, name, mesh = step % 4 // 3, f"{random.integers(12)}", meshes[random.integers(len(meshes))]
+        if name in objects[side] and random.random() < 0.3:
+            ours[side].remove_object(name)
+            del objects[side][name]
+        else:
+            ours[side].add_object(name, mesh, pose)
+            objects[side][name] = mesh, pose
+        # One of trimesh that replaces or moves objects still meets them where they were.
+        theirs = [trimesh.collision.CollisionManager(), trimesh.collision.CollisionManager()]
+        for manager, placed in zip(theirs, objects):
+            for one in placed:
+                manager.add_object(one, *placed[one])
+        asked = random_poses(1, 2.5 + seed, seed=1000 * seed + step)[0]
+        said = [
+            [
+                one.in_collision_internal(return_names=True),
+                one.in_collision_internal(),
+                one.in_collision_single(mesh, asked, return_names=True),
+                one.in_collision_other(other, return_names=True),
+            ]
+            for one, other in (ours, theirs)
+        ]
         assert said[0] == said[1]
-        said = [ours.in_collision_other(other, return_names=True), theirs.in_collision_other(their_other, return_names=True)]
-        assert said[0] == said[1]
-        # FCL tells the depth of the first that meets, and distances up to 1e-6 or so.
-        for few, all in [
-            [m.min_distance_single(mesh, asked, return_name=True, return_data=True) for m in (theirs, ours)],
-            [theirs.min_distance_other(their_other, True, True), ours.min_distance_other(other, True, True)],
-            [m.min_distance_internal(None, True, True) for m in (theirs, ours)] if len(theirs._objs) > 1 else [None] * 2,
+        meets += said[0][1]
+        # FCL tells the depth of the first that meets, and distances but roughly.
+        for (theirs_is, their_names), (least, names, data) in [
+            (theirs[0].min_distance_single(mesh, asked, return_name=True), ours[0].min_distance_single(mesh, asked, True, True)),
+            (theirs[0].min_distance_other(theirs[1], True), ours[0].min_distance_other(ours[1], True, True))
+            if objects[0] and objects[1]
+            else ((np.inf, None), ours[0].min_distance_other(ours[1], True, True)),
+            (theirs[0].min_distance_internal(None, True), ours[0].min_distance_internal(None, True, True))
+            if len(objects[0]) > 1
+            else ((np.inf, None), ours[0].min_distance_internal(None, True, True)),
         ]:
-            if few is None or not np.isfinite(all[0]) or few[0] > 1e300:
-                continue
-            if few[0] > 0 or all[0] > 0:
-                assert all[0] == pytest.approx(few[0], abs=1e-4) and all[1] == few[1]
-                a, b = ["__external", all[1]] if isinstance(all[1], str) else all[1]
-                if a != b:
-                    assert np.linalg.norm(all[2].point(a) - all[2].point(b)) == pytest.approx(all[0], abs=1e-9)
+            if theirs_is <= 0 or least <= 0:
+                assert max(theirs_is, least) <= 1e-4
+            elif least < np.inf:
+                assert least == pytest.approx(theirs_is, abs=1e-4)
+                assert data.names == ({names, "__external"} if isinstance(names, str) else set(names))
+                places = [data.point(one) for one in (data.names if len(data.names) == 2 else [])]
+                assert not places or np.linalg.norm(places[0] - places[1]) == pytest.approx(least, abs=1e-9)
             else:
-                assert all[0] <= 0
+                assert names is None and data is None and their_names is None
+    assert 0 < meets
 
 
 # What follows is what trimesh 5.2 tests of its own manager (tests/test_collision.py) and the tests above do not say.
