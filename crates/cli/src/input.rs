@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use indicatif::ProgressStyle;
+use indicatif::style::TemplateError;
 use punctual::intersection::Operand;
 use punctual::tree::Solid;
 use punctual::{Budget, BuildOptions, Mesh, Pose, Tree, Workspace};
@@ -265,6 +267,11 @@ pub type Row<T> = Option<(T, Duration)>;
 pub fn print_source(out: &mut impl Write, build: Duration) -> io::Result<()> {
     let (version, build) = (env!("CARGO_PKG_VERSION"), build.as_nanos());
     writeln!(out, "# peer=punctual version={version} build_ns={build}")
+}
+
+/// The progress bar of long work. It is drawn on standard error, and only on a terminal.
+pub fn progress_style() -> Result<ProgressStyle, TemplateError> {
+    ProgressStyle::with_template("{bar:30} {percent} %, {eta} left  {msg}")
 }
 
 /// Sweeps over a list so many times: the answers of the first time, each with the least time that it took.

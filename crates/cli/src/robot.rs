@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use indicatif::ProgressBar;
 use punctual::{Budget, Pose};
 use punctual_io::{FileError, Format};
 use punctual_lab::files::Listed;
@@ -19,8 +20,12 @@ use punctual_view::Obstacle;
 
 use crate::input::{
     Limits, Row, complain_of_bad_lines, complain_of_open, least_times, parse_size, print_source,
+    progress_style,
 };
 use crate::{Completion, complain};
+
+/// Rows that several threads share between two steps of the progress bar.
+const ROWS_PER_STEP: usize = 1024;
 
 /// Which configurations of a robot collide, how much clearance they have, and which edges are free.
 ///
@@ -226,20 +231,27 @@ impl Asked<'_> {
             .iter()
             .filter_map(|row| Some(row.entry.as_ref().ok()?.as_slice()))
             .collect();
+        let total = good.len() as u64 * u64::from(self.args.reps);
+        let bar = ProgressBar::new(total).with_style(progress_style()?);
         let mut fault = None;
         let mut repetition = || {
             let mut checker = self.checker.clone();
             let answers: Result<Vec<(T, Duration)>, RobotError> = if self.args.threads > 1 {
                 let start = Instant::now();
-                all(&mut checker, &good).map(|answers| {
-                    let each = start.elapsed() / good.len().max(1) as u32;
-                    answers.into_iter().map(|answer| (answer, each)).collect()
-                })
+                let mut answers = Vec::with_capacity(good.len());
+                let asked = good.chunks(ROWS_PER_STEP).try_for_each(|rows| {
+                    answers.extend(all(&mut checker, rows)?);
+                    bar.inc(rows.len() as u64);
+                    Ok(())
+                });
+                let each = start.elapsed() / good.len().max(1) as u32;
+                asked.map(|()| answers.into_iter().map(|answer| (answer, each)).collect())
             } else {
                 let timed = |row: &&[f64]| {
                     let start = Instant::now();
-                    let answer = one(&mut checker, row)?;
-                    Ok((answer, start.elapsed()))
+                    let answer = (one(&mut checker, row)?, start.elapsed());
+                    bar.inc(1);
+                    Ok(answer)
                 };
                 good.iter().map(timed).collect()
             };
@@ -251,6 +263,7 @@ impl Asked<'_> {
             rows.iter().map(row).collect()
         };
         let answers = least_times(self.args.reps, &mut repetition);
+        bar.finish_and_clear();
         match fault {
             Some(fault) => Err(fault.into()),
             None => Ok(answers),

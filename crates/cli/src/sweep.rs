@@ -20,12 +20,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use punctual_io::Format;
 use punctual_lab::machine;
 use punctual_lab::report::{self, Failure};
 use serde_json::{Value, json};
 
+use crate::input::progress_style;
 use crate::{Completion, complain};
 use case::Case;
 use contender::{DEFAULT, DEPTH_FIRST, ORACLE};
@@ -113,8 +114,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         cases.extend(built_in::cases(args.quick));
     }
     let total = cases.len();
-    let style = ProgressStyle::with_template("{bar:30} {percent} %, {eta} left  {msg}")?;
-    let bar = ProgressBar::new(STEPS * total as u64).with_style(style);
+    let bar = ProgressBar::new(STEPS * total as u64).with_style(progress_style()?);
     let mut measured = Vec::new();
     for (i, load) in cases.into_iter().enumerate() {
         let case = load()?;

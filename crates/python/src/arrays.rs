@@ -264,6 +264,13 @@ pub fn table<T: Element + Copy, const N: usize>(
     column(py, flat).reshape([count, N])
 }
 
+/// The `(4, 4)` matrix of a pose.
+pub fn matrix<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let m = pose.to_row_major();
+    let rows = [0, 4, 8].map(|at| [m[at], m[at + 1], m[at + 2], m[at + 3]]);
+    table(py, rows.into_iter().chain([[0.0, 0.0, 0.0, 1.0]]))
+}
+
 /// Blocks of `M` rows of three coordinates.
 pub fn points<const M: usize>(
     py: Python<'_>,

@@ -1,6 +1,6 @@
 //! The interface of `trimesh.collision.CollisionManager`, on a scene.
 
-use crate::arrays::{Transform, column};
+use crate::arrays::{Transform, column, matrix};
 use crate::contacts;
 use crate::interrupt::cancellable;
 use crate::limit::Limit;
@@ -14,14 +14,23 @@ use punctual::{Budget, Clock, Mode, Pose, Query};
 use punctual_depenetrate::PenetrationQuery;
 use punctual_scene::{Body, BodyId, Scene, SceneError, SceneShape};
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
-use pyo3::types::{PyDict, PySet, PyTuple};
+use pyo3::types::{PyDict, PySet, PyTuple, PyType};
 use std::cell::Cell;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+
+/// Most work about the depth of two solids, some 5 ms. Convex ones need a tenth of it, unless they are round and have
+/// almost one centre: then the depth told is up to .01 % more than the least.
+const MOST_DEPTH_WORK: u64 = 5_000_000;
+
+/// Work of the first frame that looks whether any two objects meet. Each next one doubles it, so that one meeting of many
+/// is found without the others.
+const LOOK_WORK: u64 = 1_000_000;
 
 /// Where two objects meet: two triangles of surfaces, or the deepest place of two solids.
 #[pyclass(module = "punctual3d", frozen)]
@@ -67,6 +76,31 @@ impl ContactData {
     fn index(&self, name: &Bound<'_, PyAny>) -> PyResult<u32> {
         Ok(self.place.triangles[side(&self.names, name)?])
     }
+
+    #[staticmethod]
+    fn _of(
+        names: [Py<PyAny>; 2],
+        vectors: [[f64; 3]; 2],
+        triangles: [u32; 2],
+        depth: Option<f64>,
+    ) -> Self {
+        let [point, normal] = vectors.map(DVec3::from);
+        let place = Place {
+            point,
+            normal,
+            triangles,
+            depth,
+        };
+        Self { names, place }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, Self { names, place }) = (slf.py(), slf.get());
+        let vectors = [place.point, place.normal].map(<[f64; 3]>::from);
+        let names = names.each_ref().map(|name| name.clone_ref(py));
+        let parts = (names, vectors, place.triangles, place.depth);
+        Ok((slf.getattr("_of")?, parts.into_bound_py_any(py)?))
+    }
 }
 
 /// Where two objects are closest; of two solids that meet, where they are deepest.
@@ -99,6 +133,29 @@ impl DistanceData {
     fn point<'py>(&self, name: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let point = self.closest.points[side(&self.names, name)?];
         Ok(column(name.py(), point.to_array().to_vec()))
+    }
+
+    #[staticmethod]
+    fn _of(
+        names: [Py<PyAny>; 2],
+        points: [[f64; 3]; 2],
+        triangles: [u32; 2],
+        distance: f64,
+    ) -> Self {
+        let closest = Closest {
+            distance,
+            points: points.map(DVec3::from),
+            triangles,
+        };
+        Self { names, closest }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, Self { names, closest }) = (slf.py(), slf.get());
+        let points = closest.points.map(<[f64; 3]>::from);
+        let names = names.each_ref().map(|name| name.clone_ref(py));
+        let parts = (names, points, closest.triangles, closest.distance);
+        Ok((slf.getattr("_of")?, parts.into_bound_py_any(py)?))
     }
 }
 
@@ -187,13 +244,14 @@ impl Pair {
     /// Where they meet.
     fn places(&self, clock: &dyn Clock) -> Vec<Place> {
         if self.are_solid() {
-            let (normal, deepest) = self.deepest(clock);
-            return vec![Place {
+            let deepest = self.deepest(f64::INFINITY, clock);
+            let place = |(normal, deepest): (DVec3, Closest)| Place {
                 point: deepest.points[0].midpoint(deepest.points[1]),
                 normal,
                 triangles: deepest.triangles,
                 depth: Some(-deepest.distance),
-            }];
+            };
+            return deepest.into_iter().map(place).collect();
         }
         let Self([a, b]) = self;
         let query = Query::contacts(&a.tree, &b.tree, self.b_in_a());
@@ -209,10 +267,13 @@ impl Pair {
         found.iter().map(place).collect()
     }
 
-    /// Where they are closest or, if they are solids that meet, deepest.
-    fn closest(&self, clock: &dyn Clock) -> Option<Closest> {
+    /// Where two that meet are closest or, if they are solids, deepest. None unless their distance is below a limit.
+    fn closest(&self, below: f64, clock: &dyn Clock) -> Option<Closest> {
         if self.are_solid() {
-            return Some(self.deepest(clock).1);
+            return Some(self.deepest(below, clock)?.1);
+        }
+        if below <= 0.0 {
+            return None;
         }
         let Self([a, b]) = self;
         let query = Query::distance(&a.tree, &b.tree, self.b_in_a());
@@ -226,15 +287,24 @@ impl Pair {
         })
     }
 
-    /// How deep a solid is in another: the least way that parts them, where, and along which normal of the first.
-    fn deepest(&self, clock: &dyn Clock) -> (DVec3, Closest) {
+    /// How deep a solid is in another: the least way that parts them, where, and along which normal of the first. None
+    /// unless their distance, minus the depth, is below a limit.
+    fn deepest(&self, below: f64, clock: &dyn Clock) -> Option<(DVec3, Closest)> {
         let Self([a, b]) = self;
         let b_in_a = self.b_in_a();
         let query = PenetrationQuery::new(&a.tree, &b.tree, b_in_a).solid(true);
         let query = query.relative_tolerance(1e-6);
-        let found = penetration::with_workspace(|workspace| {
-            query.run(workspace, Budget::unlimited().clock(clock)).value
-        });
+        let ask = |query: PenetrationQuery| {
+            penetration::with_workspace(|workspace| {
+                query
+                    .run(workspace, Budget::work(MOST_DEPTH_WORK).clock(clock))
+                    .value
+            })
+        };
+        if below <= 0.0 && ask(query.deeper_than(-below)).deeper == Some(false) {
+            return None;
+        }
+        let found = ask(query);
         let corners = [(a, Pose::IDENTITY), (b, b_in_a)].map(|(placed, pose)| {
             let mesh = placed.tree.mesh();
             let corners = |triangle| mesh.triangle(triangle).map(|p| pose.transform_point(p));
@@ -267,7 +337,7 @@ impl Pair {
             points: [of_a.1, of_b.1].map(|point| a.pose.transform_point(point)),
             triangles: [of_a.0, of_b.0],
         };
-        (*a.pose.rotation() * normal, closest)
+        Some((*a.pose.rotation() * normal, closest))
     }
 }
 
@@ -413,11 +483,14 @@ fn closest(
         };
         let mut found = Vec::new();
         // Of those that meet, another may be deeper.
+        let mut high = least.map_or(f64::INFINITY, |(.., least)| least.distance);
         for &met in &met {
             let pair = Pair([Placed::of(scene.body(met)?), placed.clone()]);
-            found.extend(pair.closest(clock).map(|closest| (met, closest)));
+            if let Some(closest) = pair.closest(high, clock) {
+                high = high.min(closest.distance);
+                found.push((met, closest));
+            }
         }
-        let high = least.map_or(f64::INFINITY, |(.., least)| least.distance);
         if met.is_empty() && high > 0.0 {
             let near = scene.closest(&shape, high, budget())?;
             found.extend(near.hit.and_then(|hit| {
@@ -497,7 +570,9 @@ impl Wants {
                     data.push(Py::new(py, ContactData { names, place })?);
                 }
             }
-            names.add(told(pair)?)?;
+            if self.names {
+                names.add(told(pair)?)?;
+            }
         }
         self.pack(is_met, names, data, py)
     }
@@ -514,7 +589,9 @@ impl Wants {
         };
         let names = pair.clone().map(Bound::unbind);
         let data = Py::new(py, DistanceData { names, closest })?;
-        self.pack(closest.distance, told(pair)?, data, py)
+        // Names without an order are refused only where they are told.
+        let told = self.names.then(|| told(pair)).transpose()?;
+        self.pack(closest.distance, told, data, py)
     }
 }
 
@@ -613,16 +690,71 @@ impl CollisionManager {
 
 #[pymethods]
 impl CollisionManager {
+    /// A class that extends this one may take arguments of its own.
     #[new]
-    fn new(py: Python<'_>) -> Self {
+    #[classmethod]
+    #[pyo3(signature = (*args, **options), text_signature = "()")]
+    fn new(
+        cls: &Bound<'_, PyType>,
+        args: &Bound<'_, PyTuple>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let py = cls.py();
+        if cls.is(py.get_type::<Self>()) && !(args.is_empty() && options.is_none()) {
+            return Err(PyTypeError::new_err("CollisionManager takes no arguments"));
+        }
         let mut scene = Scene::new();
         scene.set_max_pairs(usize::MAX);
-        Self(Mutex::new(Objects {
+        Ok(Self(Mutex::new(Objects {
             scene,
             ids: PyDict::new(py).unbind(),
             names: HashMap::new(),
             added: 0,
-        }))
+        })))
+    }
+
+    /// Pickles and copies hold the objects; trees that they share are shared.
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>, Bound<'py, PyAny>)> {
+        let py = slf.py();
+        let mut objects = slf.get().with(py, |objects| {
+            let bodies = objects.scene.bodies();
+            let object =
+                |(id, body): (BodyId, &Body)| (body.data, objects.name(py, id), Placed::of(body));
+            Ok(bodies.map(object).collect::<Vec<_>>())
+        })?;
+        objects.sort_by_key(|&(number, ..)| number);
+        let mut trees: HashMap<_, Py<Tree>> = HashMap::new();
+        let object = |(_, name, Placed { tree, pose }): (u64, Bound<'py, PyAny>, Placed)| {
+            let shared = match trees.entry(Arc::as_ptr(&tree)) {
+                Entry::Occupied(made) => made.get().clone_ref(py),
+                Entry::Vacant(place) => place
+                    .insert(Py::new(
+                        py,
+                        Tree {
+                            arc: tree,
+                            refits: 0,
+                        },
+                    )?)
+                    .clone_ref(py),
+            };
+            Ok((name, shared, matrix(py, &pose)?))
+        };
+        let objects = objects
+            .into_iter()
+            .map(object)
+            .collect::<PyResult<Vec<_>>>()?;
+        Ok((
+            slf.get_type().into_any(),
+            PyTuple::empty(py),
+            objects.into_bound_py_any(py)?,
+        ))
+    }
+
+    fn __setstate__(&self, objects: Vec<[Bound<'_, PyAny>; 3]>) -> PyResult<()> {
+        let mut objects = objects.into_iter();
+        objects.try_for_each(|[name, mesh, pose]| self.add_object(&name, &mesh, Some(&pose)))
     }
 
     /// Adds an object, or replaces that of the same name; transform: (4, 4), rigid.
@@ -688,8 +820,19 @@ impl CollisionManager {
         self.with(py, |objects| {
             let scene = &mut objects.scene;
             let meets = cancellable(py, |clock| {
-                let report = scene.detect(Budget::unlimited().clock(clock));
-                report.intersecting + report.contained > 0
+                let mut work = match wants.mode() {
+                    Mode::Any => LOOK_WORK,
+                    Mode::All => u64::MAX,
+                };
+                loop {
+                    let report = scene.detect(Budget::work(work).clock(clock));
+                    let meets = report.intersecting + report.contained > 0;
+                    let is_done = report.is_whole() && report.undecided() == 0;
+                    if is_done || meets && work < u64::MAX || clock.is_cancelled() {
+                        return meets;
+                    }
+                    work = work.saturating_mul(2);
+                }
             })?;
             if wants.mode() == Mode::Any {
                 return meets.into_bound_py_any(py);

@@ -53,6 +53,7 @@ impl Clock for Interrupt {
 }
 
 /// How far a call with many items is: a callable that is told how many are done, and of how many.
+#[derive(Default)]
 pub struct Progress {
     callback: Option<Py<PyAny>>,
     done: AtomicUsize,
@@ -60,18 +61,11 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Of a call that tells nothing.
-    pub const NONE: Self = Self {
-        callback: None,
-        done: AtomicUsize::new(0),
-        total: 0,
-    };
-
     pub fn new(callback: Option<Py<PyAny>>, total: usize) -> Self {
         Self {
             callback,
             total,
-            ..Self::NONE
+            ..Self::default()
         }
     }
 
@@ -140,7 +134,7 @@ pub fn cancellable<R: Send>(
 ) -> PyResult<R> {
     py.detach(|| {
         let interrupt = Interrupt::default();
-        let answer = run(&Attentive::new(&interrupt, &Progress::NONE));
+        let answer = run(&Attentive::new(&interrupt, &Progress::default()));
         interrupt.end(answer)
     })
 }

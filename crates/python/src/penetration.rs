@@ -1,7 +1,7 @@
 //! How deep two meshes penetrate each other.
 
 use crate::answer::Answer;
-use crate::arrays::{Transform, column, table};
+use crate::arrays::{Transform, column, matrix};
 use crate::errors::{finite, not_negative, not_solid};
 use crate::limit::Limit;
 use crate::tree::Surface;
@@ -43,9 +43,7 @@ impl Penetration {
     #[getter]
     #[expect(non_snake_case, reason = "the name in Python")]
     fn T<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let m = self.0.b_in_a.to_row_major();
-        let rows = [0, 4, 8].map(|at| [m[at], m[at + 1], m[at + 2], m[at + 3]]);
-        let matrix = |_| table(py, rows.into_iter().chain([LAST]));
+        let matrix = |_| matrix(py, &self.0.b_in_a);
         self.0.direction.map(matrix).transpose()
     }
 
@@ -60,9 +58,6 @@ impl Penetration {
         format!("<punctual3d.Penetration: {low} to {high}>")
     }
 }
-
-/// The last row of a matrix that is a pose.
-const LAST: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// How deep a and b penetrate each other: the length of the shortest translation of b after which they are apart, bounded
 /// from both sides whenever the search stops.

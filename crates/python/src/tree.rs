@@ -71,6 +71,13 @@ fn options(effort: &str, extremes: bool, solid: &str) -> PyResult<BuildOptions> 
     Ok(options.extremes(extremes).solid(solid))
 }
 
+/// Points, their distances, and the triangles that they are on.
+type ClosestPoints<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<i64>>,
+);
+
 /// A build of a smaller mesh takes less time than the user waits for the end of a call.
 const LARGE_MESH: usize = 50_000;
 
@@ -355,11 +362,7 @@ impl Tree {
         points: &Bound<'_, PyAny>,
         threads: usize,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<(
-        Bound<'py, PyArray2<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<i64>>,
-    )> {
+    ) -> PyResult<ClosestPoints<'py>> {
         let points = vectors_or_one(points, "points")?;
         let place = |(row, &point)| {
             let pose = Pose::new(DMat3::IDENTITY, point);

@@ -1,5 +1,8 @@
 """Beside trimesh and FCL: the drop-in for the CollisionManager, and plain answers where both are right."""
 
+import copy
+import pickle
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -157,6 +160,133 @@ def test_a_manager_is_shared_by_threads():
     with ThreadPoolExecutor(4) as pool:
         for pairs, single in pool.map(ask, range(40)):
             assert pairs == expected and single == {"0", "1"}
+
+
+def test_pickles_and_copies_hold_the_objects(cube):
+    manager, tree = CollisionManager(), punctual3d.Tree.from_trimesh(cube)
+    turned = trimesh.transformations.rotation_matrix(0.3, [1, 2, 3], [0.6, 0.2, 0.3])
+    for name, mesh, pose in [("solid", cube, np.eye(4)), (("b", 1), cube, turned), ("surface", tree, at(0.7)), (3, tree, at(9))]:
+        manager.add_object(name, mesh, pose)
+    manager.remove_object("solid")
+    manager.add_object("solid", cube, at(0.1))
+    hit, data = manager.in_collision_internal(return_data=True)
+    least = manager.min_distance_single(cube, at(11), return_data=True)[1]
+    for again in (pickle.loads(pickle.dumps(manager)), copy.copy(manager), copy.deepcopy(manager)):
+        assert type(again) is CollisionManager and again.in_collision_internal() is hit is True
+        same = again.in_collision_internal(return_data=True)[1]
+        assert sorted(contact.point.tolist() for contact in same) == sorted(contact.point.tolist() for contact in data)
+        again.remove_object(3)
+        assert again.min_distance_single(tree, at(9)) > 7 and manager.min_distance_single(tree, at(9)) == 0
+    for contact, one in zip(pickle.loads(pickle.dumps(data)), data):
+        assert contact.point.tolist() == one.point.tolist() and contact.names == one.names and contact.normal.tolist() == one.normal.tolist()
+        assert all(contact.index(name) == one.index(name) for name in one.names)
+        assert getattr(contact, "depth", None) == getattr(one, "depth", None)
+    copied = copy.deepcopy(least)
+    assert copied.names == least.names == {3, "__external"} and copied.distance == least.distance
+    assert copied.point(3).tolist() == least.point(3).tolist() and copied.index(3) == least.index(3)
+
+
+def test_a_class_that_extends_it_has_arguments_of_its_own(cube):
+    class Named(CollisionManager):
+        def __init__(self, title, size=1):
+            super().__init__()
+            self.title, self.size = title, size
+
+    manager = Named("cell", size=2)
+    manager.add_object("cube", cube)
+    assert (manager.title, manager.size) == ("cell", 2) and manager.in_collision_single(cube) is True
+    for arguments, options in [((1,), {}), ((), {"size": 2})]:
+        with pytest.raises(TypeError, match="no arguments"):
+            CollisionManager(*arguments, **options)
+
+
+def test_a_manager_without_objects(cube):
+    empty, other = CollisionManager(), CollisionManager()
+    other.add_object("cube", cube)
+    for a, b in [(empty, other), (other, empty), (empty, CollisionManager())]:
+        assert a.in_collision_other(b, return_names=True, return_data=True) == (False, set(), [])
+        assert a.min_distance_other(b, return_names=True, return_data=True) == (np.inf, None, None)
+    assert empty.in_collision_internal(return_names=True, return_data=True) == (False, set(), [])
+    assert empty.in_collision_single(cube, return_names=True) == (False, set())
+    assert empty.min_distance_single(cube, return_name=True, return_data=True) == (np.inf, None, None)
+    # One alone has no partner, and one that is removed none either.
+    assert other.in_collision_internal() is False and other.min_distance_internal(return_names=True) == (np.inf, None)
+    other.remove_object("cube")
+    assert other.in_collision_single(cube) is False and other.min_distance_single(cube) == np.inf
+    # A mesh without triangles meets nothing.
+    other.add_object("nothing", punctual3d.Tree([], []))
+    assert other.in_collision_single(cube) is False and other.min_distance_single(cube) == np.inf
+
+
+def test_one_meeting_of_very_many_is_found_without_the_others(cube):
+    manager, tree = CollisionManager(), punctual3d.Tree.from_trimesh(cube, solid="flip")
+    for i in range(3000):
+        manager.add_object(i, tree)
+    began = time.process_time()
+    assert manager.in_collision_internal() is True
+    assert time.process_time() - began < 2
+    # Until none meets: the one that is asked is not always the first.
+    for i in range(3000):
+        manager.set_transform(i, at(2 * i))
+    assert manager.in_collision_internal() is False
+    manager.set_transform(1234, at(2 * 2345 + 0.5))
+    assert manager.in_collision_internal() is True
+    assert manager.in_collision_internal(return_names=True) == (True, {(1234, 2345)})
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_scenes_are_those_of_fcl(seed):
+    pytest.importorskip("fcl")
+    random = np.random.default_rng(seed)
+    meshes = [trimesh.creation.box([1, 2, 0.5]), trimesh.creation.icosphere(1), trimesh.creation.cylinder(0.6, 2.0)]
+    # Half of the scenes have surfaces, too.
+    meshes += [trimesh.creation.torus(1.0, 0.3)] * (seed % 2)
+    ours, objects, meets = [CollisionManager(), CollisionManager()], [{}, {}], 0
+    for step, pose in enumerate(random_poses(40, 2.5 + seed, seed=seed)):
+        side, name, mesh = step % 4 // 3, f"{random.integers(12)}", meshes[random.integers(len(meshes))]
+        if name in objects[side] and random.random() < 0.3:
+            ours[side].remove_object(name)
+            del objects[side][name]
+        else:
+            ours[side].add_object(name, mesh, pose)
+            objects[side][name] = mesh, pose
+        # One of trimesh that replaces or moves objects still meets them where they were.
+        theirs = [trimesh.collision.CollisionManager(), trimesh.collision.CollisionManager()]
+        for manager, placed in zip(theirs, objects):
+            for one in placed:
+                manager.add_object(one, *placed[one])
+        asked = random_poses(1, 2.5 + seed, seed=1000 * seed + step)[0]
+        said = [
+            [
+                one.in_collision_internal(return_names=True),
+                one.in_collision_internal(),
+                one.in_collision_single(mesh, asked, return_names=True),
+                one.in_collision_other(other, return_names=True),
+            ]
+            for one, other in (ours, theirs)
+        ]
+        assert said[0] == said[1]
+        meets += said[0][1]
+        # FCL tells the depth of the first that meets, and distances but roughly.
+        for (theirs_is, their_names), (least, names, data) in [
+            (theirs[0].min_distance_single(mesh, asked, return_name=True), ours[0].min_distance_single(mesh, asked, True, True)),
+            (theirs[0].min_distance_other(theirs[1], True), ours[0].min_distance_other(ours[1], True, True))
+            if objects[0] and objects[1]
+            else ((np.inf, None), ours[0].min_distance_other(ours[1], True, True)),
+            (theirs[0].min_distance_internal(None, True), ours[0].min_distance_internal(None, True, True))
+            if len(objects[0]) > 1
+            else ((np.inf, None), ours[0].min_distance_internal(None, True, True)),
+        ]:
+            if theirs_is <= 0 or least <= 0:
+                assert max(theirs_is, least) <= 1e-4
+            elif least < np.inf:
+                assert least == pytest.approx(theirs_is, abs=1e-4)
+                assert data.names == ({names, "__external"} if isinstance(names, str) else set(names))
+                places = [data.point(one) for one in (data.names if len(data.names) == 2 else [])]
+                assert not places or np.linalg.norm(places[0] - places[1]) == pytest.approx(least, abs=1e-9)
+            else:
+                assert names is None and data is None and their_names is None
+    assert 0 < meets
 
 
 # What follows is what trimesh 5.2 tests of its own manager (tests/test_collision.py) and the tests above do not say.

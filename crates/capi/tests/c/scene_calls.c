@@ -177,6 +177,41 @@ static void contact_points(punctual_scene *scene, const punctual_body_id ids[2])
   CHECK(found.count > 0 && found.count <= 16 && found.drift == 0 && points[0].distance < 0);
 }
 
+/* A cube inside another is told; apart from it, its distance is proven as far as asked. */
+static void contained_and_apart(void) {
+  punctual_build_options options = punctual_build_options_default();
+  punctual_mesh *meshes[2];
+  punctual_tree *cubes[2];
+  punctual_scene *scene;
+  punctual_body_id ids[2];
+  punctual_contact_points found = {.size = sizeof found};
+  options.solid = PUNCTUAL_SOLID_KEEP;
+  OK(punctual_scene_new(PUNCTUAL_MODE_ANY, PUNCTUAL_REACH_HERE, &scene));
+  OK(punctual_scene_find_contacts(scene));
+  OK(punctual_scene_set_look_ahead(scene, 1));
+  for (int i = 0; i < 2; i++) {
+    const float half = i == 0 ? 1 : 0.25f;
+    OK(punctual_shape_cuboid(half, half, half, 1, &meshes[i]));
+    OK(punctual_tree_new(meshes[i], &options, &cubes[i]));
+    punctual_body body = punctual_body_new(cubes[i], at(0));
+    OK(punctual_scene_insert(scene, &body, &ids[i]));
+  }
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
+  OK(punctual_scene_contact_points(scene, ids[0], ids[1], NULL, sizeof(punctual_contact_point), 0, &found));
+  CHECK(found.within == 2 && found.count == 0 && found.low == 0 && found.drift == 0);
+  OK(punctual_scene_set_pose(scene, ids[1], at(1.75)));
+  OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
+  OK(punctual_scene_contact_points(scene, ids[0], ids[1], NULL, sizeof(punctual_contact_point), 0, &found));
+  CHECK(found.within == 0 && found.count == 0 && found.low >= 0.4 && found.low <= 0.5 && found.drift == 0);
+  FAILS(punctual_scene_set_look_ahead(scene, -1), BAD_ARGUMENT,
+        "punctual_scene_set_look_ahead: look-ahead: -1 is not a length from 0 to 2^1000");
+  punctual_scene_free(scene);
+  for (int i = 0; i < 2; i++) {
+    punctual_tree_free(cubes[i]);
+    punctual_mesh_free(meshes[i]);
+  }
+}
+
 /* What a scene is asked, and how many pairs it keeps, can be changed; what it learns goes to another. */
 static void settings(punctual_scene *scene, const punctual_tree *cube, const punctual_body_id ids[2]) {
   punctual_report report = {.size = sizeof report};
@@ -235,6 +270,7 @@ void scene_answers(void) {
   contact_points(scene, ids);
   settings(scene, cube, ids);
   within_margins(scene, ids);
+  contained_and_apart();
   punctual_scene_free(scene);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);
