@@ -129,7 +129,12 @@ impl State {
         // The box of an empty mesh has infinite corners.
         let largest = |tree: &Tree| match tree.mesh() {
             mesh if mesh.is_empty() => 0.0,
-            mesh => mesh.aabb().min.abs().max(mesh.aabb().max.abs()).max_element(),
+            mesh => mesh
+                .aabb()
+                .min
+                .abs()
+                .max(mesh.aabb().max.abs())
+                .max_element(),
         };
         let magnitude =
             largest(query.a) + 4.0 * largest(query.b) + pose.translation().abs().max_element();

@@ -3,6 +3,8 @@
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;
+#[path = "../../../tests/common/steps.rs"]
+mod steps;
 
 use common::random::Random;
 use punctual::glam::{DMat3, DQuat, DVec3};
@@ -10,7 +12,11 @@ use punctual::tree::Solid;
 use punctual::{
     Answer, Budget, BuildOptions, Mesh, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
-use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
+use punctual_depenetrate::{
+    MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
+};
+use std::time::Duration;
+use steps::assert_step;
 
 fn solid(mesh: Mesh) -> Tree {
     Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Keep))
@@ -228,7 +234,14 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3, f64)> {
     };
     let tube = || pipe(0.8, 24);
     vec![
-        ("a beam at a wall", wall(), beam(), Pose::IDENTITY, DVec3::Y, 0.0),
+        (
+            "a beam at a wall",
+            wall(),
+            beam(),
+            Pose::IDENTITY,
+            DVec3::Y,
+            0.0,
+        ),
         (
             "flush beams",
             beam(),
@@ -302,7 +315,8 @@ fn bodies_that_touch_take_no_longer_than_bodies_that_are_sunk_by_a_nanometer() {
             };
             let (touch, sunk) = (measure(0.0), measure(1e-9));
             assert!(
-                touch.value.low <= depth && (0.0..1e-10).contains(&(touch.value.high - depth)),
+                touch.value.low <= depth
+                    && (0.0..1e-10 + 1e-9 * depth).contains(&(touch.value.high - depth)),
                 "{name} {touch:?}"
             );
             assert!(touch.stop == StopReason::Finished, "{name} {touch:?}");
@@ -358,8 +372,15 @@ fn convex_meshes_are_known_whatever_their_rounding_and_indices() {
             assert!(slack(rounded).unwrap() < 1e-6);
         }
     }
-    let ball = |p: DVec3| p * 1e150;
-    assert!(slack(mapped(&shapes::icosphere(2), ball)).unwrap() < 1e-9);
+    for size in [1e-150, 1e150] {
+        assert_eq!(
+            slack(mapped(&shapes::icosphere(2), |p| p * size)),
+            Some(0.0)
+        );
+    }
+    // Thousands of narrow faces.
+    assert_eq!(slack(pipe_end(5000)), Some(0.0));
+    assert_eq!(slack(shapes::icosphere(5)), Some(0.0));
 }
 
 /// A prism.
@@ -465,4 +486,123 @@ fn lowest(tree: &Tree, pose: Pose) -> f64 {
         .into_iter()
         .map(|p| pose.transform_point(p).z);
     heights.fold(f64::INFINITY, f64::min)
+}
+
+/// Boxes flush with boxes, needles and plates, far from the origin, of all sizes.
+#[test]
+fn degenerate_bodies_finish_with_the_true_depth() {
+    let mut penetration = PenetrationWorkspace::new();
+    let mut random = Random::new(21);
+    for i in 0..240 {
+        let thin = [1.0, 1e-2, 1e-3][i % 3];
+        let [a, b] = [0, 1].map(|k| match (i + k) % 4 {
+            0 => shapes::cuboid([1.0, 0.5, 0.25], 1 + i as u32 % 3),
+            1 => pipe_end(12),
+            2 => mapped(&random_hull(12, &mut random), |p| {
+                p * DVec3::new(1.0, thin, thin)
+            }),
+            _ => soup(&mapped(&random_hull(20, &mut random), |p| {
+                p * DVec3::new(1.0, 1.0, thin)
+            })),
+        });
+        let size = [1e-9, 1.0, 1e9, 1e-150, 1e120][i % 5];
+        let far = DVec3::new(3e3, -1e3, 50.0) * f64::from(i as u32 % 2);
+        let pose = match i % 7 {
+            0 => shifted(1.0, 0.5, 0.25),
+            1 => shifted(0.0, 0.0, 0.0),
+            2 => shifted(1.5, 0.0, 0.125),
+            _ => random_pose([0.0, 0.2, 0.5, 0.9][i % 4], &mut random),
+        };
+        // About the origin at size 1; the bodies are the same up to rounding.
+        let truth = depth(&a, &b, &pose).max(0.0) * size;
+        let pose = Pose::new(pose.rotation(), (pose.translation() + far) * size).unwrap();
+        let a = solid(mapped(&a, |p| (p + far) * size));
+        let b = solid(mapped(&b, |p| p * size));
+        let query = PenetrationQuery::new(&a, &b, pose).solid(true);
+        let answer = query.run(&mut penetration, Budget::work(100_000_000));
+        let Penetration { low, high, .. } = answer.value;
+        let rounding = if far == DVec3::ZERO { 1e-13 } else { 1e-11 } * size;
+        assert!(
+            low <= truth + rounding && truth <= high + rounding,
+            "{i}: {truth} {answer:?}"
+        );
+        assert!(
+            high <= 1.001 * low + 200.0 * rounding,
+            "{i}: {truth} {answer:?}"
+        );
+        assert!(
+            answer.stop == StopReason::Finished && answer.stats.work < 200_000,
+            "{i}: {answer:?}"
+        );
+    }
+}
+
+/// Meshes of all sorts, of which few are convex.
+fn sorts() -> Vec<Mesh> {
+    let triangle = [DVec3::X, DVec3::Y, DVec3::Z];
+    let ball = shapes::icosphere(4);
+    let half = ball.triangles()[..ball.len() / 2].iter().copied();
+    let near = |mesh: &Mesh| mapped(mesh, |p| p * 0.4 + DVec3::splat(0.3));
+    vec![
+        Mesh::from_f64([DVec3::ZERO; 0], []).unwrap(),
+        Mesh::from_f64(triangle, [[0, 1, 2]]).unwrap(),
+        Mesh::from_f64([DVec3::ONE; 3], [[0, 1, 2]]).unwrap(),
+        Mesh::from_f64(corners(&ball), half).unwrap(),
+        shapes::height_field(40, 3),
+        shapes::torus_knot(2, 3, 0.2, 64),
+        ball.clone(),
+        merged(&[
+            ball.clone(),
+            near(&ball),
+            shapes::cuboid([1.2, 0.1, 0.1], 1),
+        ]),
+        pipe_end(2000),
+    ]
+}
+
+#[test]
+fn a_budget_of_work_is_passed_by_less_than_a_step_whatever_the_shapes() {
+    let mut penetration = PenetrationWorkspace::new();
+    for size in [1.0, 1e295] {
+        let trees: Vec<Tree> = sorts()
+            .iter()
+            .map(|mesh| solid(mapped(mesh, |p| p * size)))
+            .collect();
+        for (i, a) in trees.iter().enumerate() {
+            for b in &trees[..=i] {
+                let turn = DMat3::from_rotation_y(0.4);
+                let pose = Pose::new(turn, DVec3::new(0.5, 0.3, 0.2) * size).unwrap();
+                for solid in [false, true] {
+                    let query = PenetrationQuery::new(a, b, pose).solid(solid);
+                    let mut answer = query.run(&mut penetration, Budget::work(0));
+                    let (mut low, mut high) = (0.0, f64::INFINITY);
+                    assert_step(answer.stats.work, 0, MAX_PENETRATION_STEP_WORK);
+                    for budget in [1, 3, 97, 800, 4_000, 20_000].repeat(12) {
+                        if answer.stop == StopReason::Finished {
+                            break;
+                        }
+                        let before = answer.stats.work;
+                        answer = query
+                            .resume(&mut penetration, Budget::work(budget))
+                            .unwrap();
+                        assert_step(
+                            answer.stats.work - before,
+                            budget,
+                            MAX_PENETRATION_STEP_WORK,
+                        );
+                        assert!(
+                            answer.value.low >= low && answer.value.high <= high,
+                            "{answer:?}"
+                        );
+                        (low, high) = (answer.value.low, answer.value.high);
+                    }
+                    for nanoseconds in [0, 1, 1_000] {
+                        let limit = Duration::from_nanos(nanoseconds);
+                        let cut = query.run(&mut penetration, Budget::time(limit)).value;
+                        assert!(cut.low <= high && low <= cut.high, "{cut:?} {answer:?}");
+                    }
+                }
+            }
+        }
+    }
 }
