@@ -2263,6 +2263,36 @@ punctual_status punctual_motion_query_open_boxes(const struct punctual_motion_qu
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
+ * Whether two bodies penetrate each other deeper than the `deeper_than` of a query.
+ */
+enum punctual_deeper
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Not known: the budget ended first, it was not asked, or the depth is the limit up to the rounding of numbers as
+   * large as the meshes.
+   */
+  PUNCTUAL_DEEPER_UNDECIDED = 0,
+  /**
+   * Proven: no translation that is as short as the limit parts them.
+   */
+  PUNCTUAL_DEEPER_YES = 1,
+  /**
+   * Proven: a translation no longer than the limit parts them.
+   */
+  PUNCTUAL_DEEPER_NO = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_deeper punctual_deeper;
+#else
+typedef uint32_t punctual_deeper;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * Every buffer that a penetration query needs, about 2 MB, and what the last one left open. Allocated once: queries do not
  * allocate. One thread at a time may use it.
  */
@@ -2303,6 +2333,15 @@ typedef struct punctual_penetration_query {
    * Finished as soon as high <= (1 + this) low; 0.001 by default. Negative values and NaN count as 0.
    */
   double relative_tolerance;
+  /**
+   * Finished as soon as high <= low + this, too; 0 by default. Negative values and NaN count as 0.
+   */
+  double absolute_tolerance;
+  /**
+   * Finished as soon as it is known whether the bodies penetrate each other deeper than this, whatever the tolerances;
+   * infinite by default, which asks nothing. Negative values and NaN count as 0.
+   */
+  double deeper_than;
 } punctual_penetration_query;
 
 /**
@@ -2338,6 +2377,10 @@ typedef struct punctual_penetration {
    * Why it returned.
    */
   punctual_stop_reason stop;
+  /**
+   * The answer to `deeper_than`.
+   */
+  punctual_deeper deeper;
   /**
    * Units of work, resumed calls included.
    */

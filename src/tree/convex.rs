@@ -11,6 +11,7 @@ use super::solid::{Solidity, ends, position};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use glam::DVec3;
+use punctual_geom::triangle::side_of_plane;
 
 /// A convex component of a solid: its hull `K`, and how far its inside falls short of that.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,8 +24,8 @@ pub struct Convex {
     pub radius: f64,
     /// Lower bound of the distance of a face from the center.
     pub inradius: f64,
-    /// `K`, shrunk about the center by this share, is inside of the component. 0 if all edges are
-    /// certainly convex.
+    /// `K`, shrunk about the center by this share, is inside of the component. 0 if no edge is
+    /// concave.
     pub slack: f64,
 }
 
@@ -66,7 +67,7 @@ struct Candidate {
 pub(super) fn convex(tree: &Tree, solid: &Solidity) -> Box<[Option<Convex>]> {
     let of = |triangle: usize| solid.component_of(triangle as u32) as usize;
     let candidate = |one: &super::Component| Candidate {
-        is_convex: one.is_closed() && one.volume > 0.0,
+        is_convex: one.is_closed(),
         center: DVec3::ZERO,
         radius: 0.0,
         inradius: f64::INFINITY,
@@ -163,7 +164,12 @@ impl Candidate {
     fn bend(&mut self, tree: &Tree, edge: u32, next: u32, apex: u32) -> Option<()> {
         let (corners @ [p, q, r], volume) = self.cone(tree, edge / 3);
         let excess = excess(corners, vertex_point(tree, apex) - self.center);
-        if excess > 0.0 {
+        // Rounding leaves edges between small faces in doubt.
+        let is_concave = || {
+            let apex = tree.mesh.vertex(apex as usize);
+            side_of_plane(&tree.corners(edge / 3), apex) > 0
+        };
+        if excess > 0.0 && is_concave() {
             let (_, beside) = self.cone(tree, next);
             let [from, to] = [[p, q], [q, r], [r, p]][edge as usize % 3];
             let share = excess / volume;

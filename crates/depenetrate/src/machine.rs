@@ -126,9 +126,15 @@ pub(super) struct Machine<'s, 't, 'c> {
 impl State {
     pub fn new(query: &PenetrationQuery<'_>) -> Self {
         let pose = &query.asked.b_in_a;
-        let largest = |tree: &Tree| {
-            let bounds = tree.mesh().aabb();
-            bounds.min.abs().max(bounds.max.abs()).max_element()
+        // The box of an empty mesh has infinite corners.
+        let largest = |tree: &Tree| match tree.mesh() {
+            mesh if mesh.is_empty() => 0.0,
+            mesh => mesh
+                .aabb()
+                .min
+                .abs()
+                .max(mesh.aabb().max.abs())
+                .max_element(),
         };
         let magnitude =
             largest(query.a) + 4.0 * largest(query.b) + pose.translation().abs().max_element();

@@ -3,6 +3,8 @@
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;
+#[path = "../../../tests/common/steps.rs"]
+mod steps;
 
 use common::random::Random;
 use punctual::glam::{DMat3, DQuat, DVec3};
@@ -10,7 +12,11 @@ use punctual::tree::Solid;
 use punctual::{
     Answer, Budget, BuildOptions, Mesh, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
-use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
+use punctual_depenetrate::{
+    MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
+};
+use std::time::Duration;
+use steps::assert_step;
 
 fn solid(mesh: Mesh) -> Tree {
     Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Keep))
@@ -218,8 +224,8 @@ fn shifted(x: f64, y: f64, z: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
 }
 
-/// Bodies that touch, and how to sink B into A.
-fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
+/// Bodies that touch, how to sink B into A, and the depth where they touch.
+fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3, f64)> {
     let wall = || cuboid([0.0; 3], [6.0, 0.2, 3.0]);
     let beam = || cuboid([2.9, -1.0, 1.4], [3.1, 0.0, 1.6]);
     let angle = || {
@@ -228,13 +234,21 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
     };
     let tube = || pipe(0.8, 24);
     vec![
-        ("a beam at a wall", wall(), beam(), Pose::IDENTITY, DVec3::Y),
+        (
+            "a beam at a wall",
+            wall(),
+            beam(),
+            Pose::IDENTITY,
+            DVec3::Y,
+            0.0,
+        ),
         (
             "flush beams",
             beam(),
             beam(),
             shifted(0.2, 0.0, 0.0),
             -DVec3::X,
+            0.0,
         ),
         (
             "a corner on a wall",
@@ -242,6 +256,7 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
             beam(),
             shifted(2.9, 0.0, 0.0),
             DVec3::Y,
+            0.0,
         ),
         (
             "angles",
@@ -249,6 +264,7 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
             angle(),
             shifted(0.0, 0.0, 3.0),
             -DVec3::Z,
+            0.0,
         ),
         (
             "pipes in a row",
@@ -256,6 +272,7 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
             tube(),
             shifted(0.0, 0.0, 2.0),
             -DVec3::Z,
+            0.0,
         ),
         (
             "pipes side by side",
@@ -263,6 +280,7 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
             tube(),
             shifted(2.0, 0.0, 0.5),
             -DVec3::X,
+            0.0,
         ),
         (
             "a pipe on a wall",
@@ -270,6 +288,7 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
             tube(),
             shifted(3.0, 1.2, 0.5),
             -DVec3::Y,
+            0.0,
         ),
         (
             "a pipe in a pipe",
@@ -277,6 +296,8 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
             mapped(&tube(), |p| p * 0.8),
             shifted(0.0, 0.0, 0.2),
             DVec3::X,
+            // Aside, where they overlap at once. The way out along the axis is longer.
+            1.8 * (std::f64::consts::PI / 24.0).cos(),
         ),
     ]
 }
@@ -284,18 +305,18 @@ fn touching() -> Vec<(&'static str, Mesh, Mesh, Pose, DVec3)> {
 #[test]
 fn bodies_that_touch_take_no_longer_than_bodies_that_are_sunk_by_a_nanometer() {
     let mut penetration = PenetrationWorkspace::new();
-    for (name, a, b, pose, into) in touching() {
+    for (name, a, b, pose, into, depth) in touching() {
         let [a, b] = [a, b].map(solid);
         for solid in [true, false] {
-            let mut measure = |depth: f64| {
-                let pose = Pose::new(pose.rotation(), pose.translation() + into * depth).unwrap();
+            let mut measure = |sunk: f64| {
+                let pose = Pose::new(pose.rotation(), pose.translation() + into * sunk).unwrap();
                 let query = PenetrationQuery::new(&a, &b, pose).solid(solid);
                 query.run(&mut penetration, Budget::work(100_000_000))
             };
             let (touch, sunk) = (measure(0.0), measure(1e-9));
-            println!("{name} {solid}: {touch:?} {sunk:?}");
             assert!(
-                touch.value.low == 0.0 && touch.value.high < 1e-10,
+                touch.value.low <= depth
+                    && (0.0..1e-10 + 1e-9 * depth).contains(&(touch.value.high - depth)),
                 "{name} {touch:?}"
             );
             assert!(touch.stop == StopReason::Finished, "{name} {touch:?}");
@@ -351,8 +372,15 @@ fn convex_meshes_are_known_whatever_their_rounding_and_indices() {
             assert!(slack(rounded).unwrap() < 1e-6);
         }
     }
-    let ball = |p: DVec3| p * 1e150;
-    assert!(slack(mapped(&shapes::icosphere(2), ball)).unwrap() < 1e-9);
+    for size in [1e-150, 1e150] {
+        assert_eq!(
+            slack(mapped(&shapes::icosphere(2), |p| p * size)),
+            Some(0.0)
+        );
+    }
+    // Thousands of narrow faces.
+    assert_eq!(slack(pipe_end(5000)), Some(0.0));
+    assert_eq!(slack(shapes::icosphere(5)), Some(0.0));
 }
 
 /// A prism.
@@ -458,4 +486,123 @@ fn lowest(tree: &Tree, pose: Pose) -> f64 {
         .into_iter()
         .map(|p| pose.transform_point(p).z);
     heights.fold(f64::INFINITY, f64::min)
+}
+
+/// Boxes flush with boxes, needles and plates, far from the origin, of all sizes.
+#[test]
+fn degenerate_bodies_finish_with_the_true_depth() {
+    let mut penetration = PenetrationWorkspace::new();
+    let mut random = Random::new(21);
+    for i in 0..240 {
+        let thin = [1.0, 1e-2, 1e-3][i % 3];
+        let [a, b] = [0, 1].map(|k| match (i + k) % 4 {
+            0 => shapes::cuboid([1.0, 0.5, 0.25], 1 + i as u32 % 3),
+            1 => pipe_end(12),
+            2 => mapped(&random_hull(12, &mut random), |p| {
+                p * DVec3::new(1.0, thin, thin)
+            }),
+            _ => soup(&mapped(&random_hull(20, &mut random), |p| {
+                p * DVec3::new(1.0, 1.0, thin)
+            })),
+        });
+        let size = [1e-9, 1.0, 1e9, 1e-150, 1e120][i % 5];
+        let far = DVec3::new(3e3, -1e3, 50.0) * f64::from(i as u32 % 2);
+        let pose = match i % 7 {
+            0 => shifted(1.0, 0.5, 0.25),
+            1 => shifted(0.0, 0.0, 0.0),
+            2 => shifted(1.5, 0.0, 0.125),
+            _ => random_pose([0.0, 0.2, 0.5, 0.9][i % 4], &mut random),
+        };
+        // About the origin at size 1; the bodies are the same up to rounding.
+        let truth = depth(&a, &b, &pose).max(0.0) * size;
+        let pose = Pose::new(pose.rotation(), (pose.translation() + far) * size).unwrap();
+        let a = solid(mapped(&a, |p| (p + far) * size));
+        let b = solid(mapped(&b, |p| p * size));
+        let query = PenetrationQuery::new(&a, &b, pose).solid(true);
+        let answer = query.run(&mut penetration, Budget::work(100_000_000));
+        let Penetration { low, high, .. } = answer.value;
+        let rounding = if far == DVec3::ZERO { 1e-13 } else { 1e-11 } * size;
+        assert!(
+            low <= truth + rounding && truth <= high + rounding,
+            "{i}: {truth} {answer:?}"
+        );
+        assert!(
+            high <= 1.001 * low + 200.0 * rounding,
+            "{i}: {truth} {answer:?}"
+        );
+        assert!(
+            answer.stop == StopReason::Finished && answer.stats.work < 200_000,
+            "{i}: {answer:?}"
+        );
+    }
+}
+
+/// Meshes of all sorts, of which few are convex.
+fn sorts() -> Vec<Mesh> {
+    let triangle = [DVec3::X, DVec3::Y, DVec3::Z];
+    let ball = shapes::icosphere(4);
+    let half = ball.triangles()[..ball.len() / 2].iter().copied();
+    let near = |mesh: &Mesh| mapped(mesh, |p| p * 0.4 + DVec3::splat(0.3));
+    vec![
+        Mesh::from_f64([DVec3::ZERO; 0], []).unwrap(),
+        Mesh::from_f64(triangle, [[0, 1, 2]]).unwrap(),
+        Mesh::from_f64([DVec3::ONE; 3], [[0, 1, 2]]).unwrap(),
+        Mesh::from_f64(corners(&ball), half).unwrap(),
+        shapes::height_field(40, 3),
+        shapes::torus_knot(2, 3, 0.2, 64),
+        ball.clone(),
+        merged(&[
+            ball.clone(),
+            near(&ball),
+            shapes::cuboid([1.2, 0.1, 0.1], 1),
+        ]),
+        pipe_end(2000),
+    ]
+}
+
+#[test]
+fn a_budget_of_work_is_passed_by_less_than_a_step_whatever_the_shapes() {
+    let mut penetration = PenetrationWorkspace::new();
+    for size in [1.0, 1e295] {
+        let trees: Vec<Tree> = sorts()
+            .iter()
+            .map(|mesh| solid(mapped(mesh, |p| p * size)))
+            .collect();
+        for (i, a) in trees.iter().enumerate() {
+            for b in &trees[..=i] {
+                let turn = DMat3::from_rotation_y(0.4);
+                let pose = Pose::new(turn, DVec3::new(0.5, 0.3, 0.2) * size).unwrap();
+                for solid in [false, true] {
+                    let query = PenetrationQuery::new(a, b, pose).solid(solid);
+                    let mut answer = query.run(&mut penetration, Budget::work(0));
+                    let (mut low, mut high) = (0.0, f64::INFINITY);
+                    assert_step(answer.stats.work, 0, MAX_PENETRATION_STEP_WORK);
+                    for budget in [1, 3, 97, 800, 4_000, 20_000].repeat(12) {
+                        if answer.stop == StopReason::Finished {
+                            break;
+                        }
+                        let before = answer.stats.work;
+                        answer = query
+                            .resume(&mut penetration, Budget::work(budget))
+                            .unwrap();
+                        assert_step(
+                            answer.stats.work - before,
+                            budget,
+                            MAX_PENETRATION_STEP_WORK,
+                        );
+                        assert!(
+                            answer.value.low >= low && answer.value.high <= high,
+                            "{answer:?}"
+                        );
+                        (low, high) = (answer.value.low, answer.value.high);
+                    }
+                    for nanoseconds in [0, 1, 1_000] {
+                        let limit = Duration::from_nanos(nanoseconds);
+                        let cut = query.run(&mut penetration, Budget::time(limit)).value;
+                        assert!(cut.low <= high && low <= cut.high, "{cut:?} {answer:?}");
+                    }
+                }
+            }
+        }
+    }
 }

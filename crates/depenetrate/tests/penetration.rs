@@ -3,6 +3,8 @@
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;
+#[path = "../../../tests/common/steps.rs"]
+mod steps;
 
 use std::time::Duration;
 
@@ -17,6 +19,7 @@ use punctual::{
 use punctual_depenetrate::{
     MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
 };
+use steps::assert_step;
 
 struct Case {
     name: &'static str,
@@ -381,11 +384,7 @@ fn both_bounds_only_improve_and_hold_at_every_stop() {
                 "{} {budget}: [{low}, {high}] {answer:?}",
                 case.name
             );
-            assert!(
-                answer.stats.work <= budget + MAX_PENETRATION_STEP_WORK,
-                "{} {budget}: {answer:?}",
-                case.name
-            );
+            assert_step(answer.stats.work, budget, MAX_PENETRATION_STEP_WORK);
             (low, high, budget) = (new_low, new_high, budget * 4 / 3 + 97);
         }
     }
@@ -470,6 +469,7 @@ fn every_call_gets_on() {
             .resume(&mut penetration, Budget::work(1))
             .unwrap();
         assert!(answer.stats.work > before, "{answer:?}");
+        assert_step(answer.stats.work - before, 1, MAX_PENETRATION_STEP_WORK);
     }
     assert_eq!(answer.stop, StopReason::Finished);
 }

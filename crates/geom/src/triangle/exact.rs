@@ -33,6 +33,13 @@ pub fn intersects(a: &Triangle, b: &Triangle) -> bool {
     pair.meet(&pair.position())
 }
 
+/// The side of a plane on which a point lies: see [`super::side_of_plane`].
+pub fn side_of_plane(t: &Triangle, point: DVec3) -> i8 {
+    let [p, q, r] = *t;
+    let extent = p.max(q).max(r).max(point) - p.min(q).min(r).min(point);
+    Signs::within(extent).side(*t, point)
+}
+
 /// True if all three points are strictly on one side.
 fn is_strict(sides: [i8; 3]) -> bool {
     sides == [1; 3] || sides == [-1; 3]

@@ -30,6 +30,13 @@ pub fn triangles_intersect(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
     exact::intersects(a, b)
 }
 
+/// The side of the plane of a triangle on which a point lies, exactly: 1 where the normal by the
+/// right-hand rule points, 0 in the plane, and where the triangle has no area. Coordinates as for
+/// [`triangles_intersect`].
+pub fn side_of_plane(t: &[DVec3; 3], point: DVec3) -> i8 {
+    exact::side_of_plane(t, point)
+}
+
 /// The segment in which two closed triangles meet; `None` if [`triangles_intersect`] is false.
 ///
 /// Each end is close to *both* triangles, for all shapes: within 1e-12 times the largest
