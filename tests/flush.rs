@@ -1,14 +1,20 @@
 //! Manifolds of bodies with faces, edges and corners in one place: touching, flush and sunk contact
 //! have one foot with its true corners, depth and area, whatever the gap.
 
+#[path = "common/steps.rs"]
+mod steps;
+
 use oorandom::Rand64;
 use punctual::contacts::{Manifold, ManifoldBounds};
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::intersection::Operand;
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::tree::Solid;
 use punctual::{
-    Answer, Budget, BuildOptions, Mesh, PairMemory, Pose, Query, Tree, Verdict, Workspace, shapes,
+    Answer, Budget, BuildOptions, Mesh, PairMemory, Pose, Query, StopReason, Tree, Verdict,
+    Workspace, shapes,
 };
+use steps::assert_step;
 
 fn solid(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Tree {
     let mesh = Mesh::from_f64(vertices, triangles).unwrap();
@@ -129,6 +135,17 @@ impl Frame {
             meets || found.iter().all(|one| !one.is_overlap),
             "{found:?}"
         );
+        let mut cut = query.run(&mut workspace, Budget::work(0));
+        while cut.stop == StopReason::WorkLimit {
+            let before = cut.stats.work;
+            cut = query.resume(&mut workspace, Budget::work(1)).unwrap();
+            assert_step(cut.stats.work - before, 1, MAX_DISTANCE_STEP_WORK);
+        }
+        assert_eq!(
+            (cut.value, cut.stats.work),
+            (answer.value, answer.stats.work)
+        );
+        assert_eq!(workspace.manifolds(), found);
         (answer, found)
     }
 
@@ -260,14 +277,13 @@ fn pieces(mut squares: Vec<[i32; 2]>) -> usize {
 fn feet_that_are_not_convex_have_their_own_area() {
     let mut random = Rand64::new(5);
     let mut several = 0;
-    for (trial, &gap) in GAPS.iter().cycle().enumerate().take(180) {
-        let (quarters, place) = (trial % 4, trial / 4 % 9);
-        let [x, y] = [place as i32 % 3 - 1, place as i32 / 3 - 1];
-        let (a, b) = (
-            Prism::ell(0),
-            [Prism::ell(quarters), Prism::cuboid([2, 1], 1.0)],
-        );
-        let b = &b[trial % 2];
+    let others = [0, 1, 2, 3].map(Prism::ell).into_iter();
+    let others: Vec<_> = others.chain([Prism::cuboid([2, 1], 1.0)]).collect();
+    let places = (0..16).map(|k| [k % 4 - 1, k / 4 - 1]);
+    let cases = places.flat_map(|place| others.iter().map(move |b| (place, b)));
+    let gaps = GAPS.iter().cycle();
+    for (trial, (([x, y], b), &gap)) in cases.cycle().zip(gaps).enumerate().take(480) {
+        let a = Prism::ell(0);
         let moved = b.squares.iter().map(|[u, v]| [u + x, v + y]);
         let common: Vec<_> = moved.filter(|square| a.squares.contains(square)).collect();
         if common.is_empty() {
@@ -277,7 +293,7 @@ fn feet_that_are_not_convex_have_their_own_area() {
         several += usize::from(feet > 1);
         let frame = Frame::of(&mut random, trial % 2 == 1, 1.0, 0.0);
         let offset = DVec3::new(x.into(), y.into(), 1.0 + gap);
-        let cells = [trial as i32 / 3 % 2 + 1, trial as i32 / 5 % 2 + 1];
+        let cells = [trial as i32 / 3 % 2 + 1, trial as i32 / 7 % 2 + 1];
         let (_, found) = frame.ask([&a, b], cells, offset, 0.005);
         let is_down = |one: &&Manifold| frame.seen(one).0.z < -0.9;
         let down: Vec<_> = found.iter().filter(is_down).collect();
@@ -307,6 +323,88 @@ fn feet_that_are_not_convex_have_their_own_area() {
         }
     }
     assert!(several > 0);
+}
+
+/// A prism over a regular polygon with a radius of 1, from z = 0 to z = 1.
+fn regular_prism(sides: u32, turn: f64) -> Tree {
+    let corner = |i: u32| {
+        let angle = turn + std::f64::consts::TAU * f64::from(i % sides) / f64::from(sides);
+        DVec3::new(angle.cos(), angle.sin(), f64::from(i / sides))
+    };
+    let walls = (0..sides).flat_map(|i| {
+        let j = (i + 1) % sides;
+        [[i, j, j + sides], [i, j + sides, i + sides]]
+    });
+    let ends = (1..sides - 1).flat_map(|i| [[0, i + 1, i], [sides, sides + i, sides + i + 1]]);
+    solid(
+        (0..2 * sides).map(corner).collect(),
+        walls.chain(ends).collect(),
+    )
+}
+
+#[test]
+fn prisms_on_plates_and_over_their_edges_have_the_area_and_depth_of_their_foot() {
+    let plate = Prism::cuboid([3, 3], 1.0).tree(2, |point| point);
+    let mut workspace = Workspace::new();
+    for (trial, &gap) in GAPS.iter().cycle().enumerate().take(150) {
+        let sides = [3, 6, 8][trial % 3];
+        let is_over_edge = trial / 3 % 2 == 1;
+        // Over the edge the half of an even polygon stands on the plate.
+        let sides = if is_over_edge { 6 } else { sides };
+        let prism = regular_prism(sides, 0.1 * (trial % 7) as f64);
+        let middle = DVec3::new(if is_over_edge { 3.0 } else { 1.5 }, 1.5, 1.0 + gap);
+        let pose = Pose::new(DMat3::IDENTITY, middle).unwrap();
+        let query = Query::manifolds(&plate, &prism, pose).skin(0.005);
+        let answer = query.run(&mut workspace, Budget::unlimited());
+        assert!(answer.stop.is_final());
+        let [foot] = workspace.manifolds() else {
+            panic!("{trial} gap {gap:e}: {:?}", workspace.manifolds())
+        };
+        let angle = std::f64::consts::TAU / f64::from(sides);
+        let area = 0.5 * f64::from(sides) * angle.sin() * if is_over_edge { 0.5 } else { 1.0 };
+        assert!(
+            (foot.area - area).abs() < 1e-6,
+            "{trial} gap {gap:e}: {area}, {foot:?}"
+        );
+        assert!((foot.normal + DVec3::Z).length() < 1e-9, "{foot:?}");
+        assert!(
+            foot.points().len() == sides.min(4) as usize,
+            "{trial}: {foot:?}"
+        );
+        let is_at = |distance: f64| (distance - gap).abs() < 1e-11 + 1e-6 * gap.abs();
+        assert!(
+            foot.points().iter().all(|point| is_at(point.distance)),
+            "{gap:e}: {foot:?}"
+        );
+    }
+}
+
+#[test]
+fn a_box_beside_two_walls_has_a_foot_on_each() {
+    let mut random = Rand64::new(8);
+    for (trial, gap) in [1e-3, 1e-6, 1e-9, 0.0]
+        .into_iter()
+        .cycle()
+        .enumerate()
+        .take(24)
+    {
+        let frame = Frame::of(&mut random, trial % 2 == 1, 1.0, 0.0);
+        let (walls, cube) = (Prism::ell(0), Prism::cuboid([1, 1], 1.0));
+        let cells = [trial as i32 / 4 % 2 + 1, trial as i32 / 8 % 2 + 1];
+        let offset = DVec3::new(1.0 + gap, 1.0 + gap, 0.0);
+        let (_, found) = frame.ask([&walls, &cube], cells, offset, 0.005);
+        assert_eq!(found.len(), 2, "gap {gap:e}: {found:?}");
+        for one in &found {
+            let (normal, area, points) = frame.seen(one);
+            let is_along = normal.x.abs() > 1.0 - 1e-9 || normal.y.abs() > 1.0 - 1e-9;
+            assert!(is_along && (area - 1.0).abs() < 0.01, "{one:?}");
+            assert!(
+                points
+                    .iter()
+                    .all(|(_, distance)| (distance - gap).abs() < 1e-11)
+            );
+        }
+    }
 }
 
 /// Manifolds of cubes with an edge of 1, from the corner 0.

@@ -652,6 +652,55 @@ fn at_every_stop_nothing_is_false_and_resumed_runs_end_with_the_same_bits() {
     }
 }
 
+/// Edges without length passed for parallel to all others, and put points beside the surfaces.
+#[test]
+fn points_of_triangles_without_an_area_are_on_both_surfaces() {
+    let mut random = Rand64::new(9);
+    let plate = cuboid([0.5, 0.5, 0.1], 1);
+    let dot = Tree::new(Mesh::new([[0.0f32; 3]; 3], [[0, 1, 2]]).unwrap());
+    let mut points = 0;
+    for trial in 0..300 {
+        let mut part = || random.rand_float() - 0.5;
+        let [p, q] = [(); 2].map(|()| DVec3::new(part(), part(), part()));
+        // Often along an edge of the plate, and at times longer than it.
+        let q = if trial % 2 == 0 {
+            p + DVec3::Y * q.y * 4.0
+        } else {
+            q
+        };
+        let corners = [[p, p, q], [p, q, q], [p, q, p.lerp(q, 0.3)], [q, p, p]][trial % 4];
+        let needle = Mesh::from_f64(corners.to_vec(), vec![[0, 1, 2]]).unwrap();
+        let least = corners
+            .map(|corner| corner.z)
+            .into_iter()
+            .fold(1.0, f64::min);
+        let height = DVec3::new(0.5 - p.x + 0.01, 0.0, 0.105 - least);
+        let needle = Tree::new(needle);
+        let pose = at(
+            DMat3::IDENTITY,
+            if trial % 3 == 0 {
+                height
+            } else {
+                height.with_z(0.1)
+            },
+        );
+        for one in manifolds(&plate, &needle, pose, 0.02) {
+            for point in one.points() {
+                points += 1;
+                let [on_a, on_b] = point.points;
+                let on_b = pose.inverse().unwrap().transform_point(on_b);
+                for (tree, place) in [(&plate, on_a), (&needle, on_b)] {
+                    let query = Query::distance(tree, &dot, at(DMat3::IDENTITY, place));
+                    let off = query.run(&mut Workspace::new(), Budget::unlimited()).value;
+                    let slant = 0.13 * point.distance.abs();
+                    assert!(off.low <= slant + 1e-6, "{trial}: {point:?} {off:?}");
+                }
+            }
+        }
+    }
+    assert!(points > 100, "{points}");
+}
+
 #[test]
 fn more_pairs_than_there_is_room_for_stop_the_query_and_it_goes_on() {
     let (a, b) = (solid(shapes::icosphere(4)), solid(shapes::icosphere(4)));

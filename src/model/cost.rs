@@ -52,6 +52,11 @@ pub(crate) const WORK_PER_SEGMENT: u64 = 700;
 /// Work of adding a contact to the list.
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
+/// Work of adding the area that two triangles have in common to a manifold, and of finding by what
+/// one vertex is drawn in.
+pub(crate) const WORK_PER_AREA: u64 = 300;
+pub(crate) const WORK_PER_WAY: u64 = 400;
+
 /// Work of one pass over a pair of a contact curve, and over a triangle inside the other surface.
 pub(crate) const WORK_PER_CURVE_PAIR: u64 = 150;
 pub(crate) const WORK_PER_REGION_TRIANGLE: u64 = 100;

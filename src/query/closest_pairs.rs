@@ -12,7 +12,7 @@ use super::traversal::Traversal;
 use super::triangle_pairs::{ids, rows};
 use super::workspace::Workspace;
 use crate::contact::Contact;
-use crate::contact::manifold::{Shape, falls_beside};
+use crate::contact::manifold::{Shape, Skin, falls_beside};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
     WORK_PER_LOOKUP, WORK_PER_SEGMENT,
@@ -27,6 +27,9 @@ use punctual_geom::triangle_segment;
 /// Least part of a distance that a direction proves which is within 5 degrees of the normal,
 /// rounding included.
 pub(super) const CLOSE: f32 = 0.999;
+
+/// Stands for the distance of a proposed pair of which only the common area counts.
+const ONLY_AREA: f32 = f32::INFINITY;
 
 impl Traversal<'_, '_, Nearness> {
     /// True if there may be no room for the results of the next step.
@@ -106,7 +109,10 @@ impl Traversal<'_, '_, Nearness> {
                 if reduction.skin.covers(of_pair, low, normal, nearest)
                     || falls_beside(shape, pair, of_pair, places, low, normal)
                 {
-                    reduction.skin.add_area(of_pair);
+                    if Skin::has_area(of_pair) {
+                        let low = ONLY_AREA;
+                        search.proposed.push(Bounded { pair, low });
+                    }
                     continue;
                 }
             }
@@ -156,6 +162,13 @@ impl Traversal<'_, '_, Nearness> {
     #[inline(never)]
     pub(super) fn consider(&mut self, Bounded { pair, low }: Bounded) {
         let workspace = &mut *self.workspace;
+        if low == ONLY_AREA && workspace.reduction.is_on {
+            let trees = [self.a, self.b];
+            let of_pair = Corners::of_pair(&mut workspace.corners, trees, self.b_in_a, pair);
+            return workspace
+                .reduction
+                .take_area(of_pair, &mut workspace.run.stats);
+        }
         let interval = &mut workspace.search.interval;
         let is_settled = interval
             .nearest()

@@ -30,9 +30,9 @@ use super::workspace::Workspace;
 use crate::contact::manifold::{Before, Manifold, Octagon, Shape, Skin};
 use crate::contact::{Contact, ContactList, directed, face_normal};
 use crate::model::cost::{
-    MAX_DISTANCE_STEP_WORK, WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_CURVE_PAIR,
-    WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST,
-    WORK_PER_REGION_TRIANGLE, WORK_PER_SEGMENT,
+    MAX_DISTANCE_STEP_WORK, WORK_PER_AREA, WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT,
+    WORK_PER_CURVE_PAIR, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST,
+    WORK_PER_REGION_TRIANGLE, WORK_PER_SEGMENT, WORK_PER_WAY,
 };
 use crate::sets::{find, unite};
 use crate::tree::Tree;
@@ -57,7 +57,12 @@ const STEP: usize = 4;
 const _: () = assert!(
     MAX_DISTANCE_STEP_WORK >= STEP as u64 * (WORK_PER_CURVE_PAIR + 1)
         && MAX_DISTANCE_STEP_WORK >= STEP as u64 * WORK_PER_REGION_TRIANGLE
-        && MAX_DISTANCE_STEP_WORK >= WORK_PER_RAY + 2 * WORK_PER_RAY_TEST
+        && MAX_DISTANCE_STEP_WORK >= 2 * (WORK_PER_RAY + 2 * WORK_PER_RAY_TEST)
+        // A step with a pair of triangles (`Reduction::take_near`, `Reduction::take_area`).
+        && MAX_DISTANCE_STEP_WORK >= WORK_PER_EXACT_TEST + WORK_PER_CLOSEST_POINTS + WORK_PER_CONTACT
+        && MAX_DISTANCE_STEP_WORK >= WORK_PER_EXACT_TEST + WORK_PER_SEGMENT + WORK_PER_CONTACT
+        && MAX_DISTANCE_STEP_WORK >= WORK_PER_WAY
+        && MAX_DISTANCE_STEP_WORK >= WORK_PER_AREA
 );
 
 /// Triangles farther apart than this many times what B may be drawn in need not be drawn in.
@@ -131,8 +136,6 @@ const FLOODED: u32 = 0;
 struct Member {
     side: u8,
     vertex: u32,
-    /// A triangle that has it.
-    triangle: u32,
     is_inside: bool,
     is_reduced: bool,
     /// A pair whose curve bounds the region of the class.
@@ -265,10 +268,10 @@ impl Overlaps {
     }
 
     /// Of bodies that touch without a curve, the one inside the other, a closed solid.
-    pub fn inner(&mut self, shape: Shape, to_b: &Pose) -> Option<Operand> {
+    pub fn inner(&self, shape: Shape, to_b: &Pose) -> Option<Operand> {
         let ([a, b], [of_a, of_b]) = (shape.trees, self.met.filter(|_| self.cuts.is_empty())?);
         let [[on_a, ..], [on_b, ..]] = [a.vertices_of(of_a), b.vertices_of(of_b)];
-        if may_hold(a, b) && inside(a, self.inset.place(shape, 1, of_b, on_b)).is_inside() {
+        if may_hold(a, b) && inside(a, self.inset.place(shape, 1, on_b)).is_inside() {
             Some(Operand::B)
         } else if may_hold(b, a) && self.inset.holds(shape, to_b, shape.place(0, on_a)) {
             Some(Operand::A)
@@ -333,7 +336,7 @@ impl Overlaps {
     }
 
     /// The member for a vertex, a class of its own if it is new.
-    fn member(&mut self, side: usize, triangle: u32, vertex: u32) -> u32 {
+    fn member(&mut self, side: usize, vertex: u32) -> u32 {
         if let Some(known) = self.vertices[side].get(vertex) {
             return known - 1;
         }
@@ -341,7 +344,6 @@ impl Overlaps {
         self.members.push(Member {
             side: side as u8,
             vertex,
-            triangle,
             is_inside: false,
             is_reduced: false,
             claim: None,
@@ -355,12 +357,12 @@ impl Overlaps {
         let Cut { pair, is_first, .. } = self.cuts[at];
         for side in (0..2).filter(|&side| is_first[side]) {
             for vertex in trees[side].vertices_of(pair[side]) {
-                self.member(side, pair[side], vertex);
+                self.member(side, vertex);
             }
             for next in neighbors(trees[side], pair[side]) {
                 if !self.is_cut(side, next) {
                     let vertices = trees[side].vertices_of(next);
-                    let [p, q, r] = vertices.map(|vertex| self.member(side, next, vertex));
+                    let [p, q, r] = vertices.map(|vertex| self.member(side, vertex));
                     unite(&mut self.classes, p, q);
                     unite(&mut self.classes, p, r);
                 }
@@ -381,14 +383,9 @@ impl Overlaps {
             workspace.run.stats.work += WORK_PER_LOOKUP;
             return Ok(());
         }
-        let Member {
-            side,
-            vertex,
-            triangle,
-            ..
-        } = self.members[at];
+        let Member { side, vertex, .. } = self.members[at];
         let side = usize::from(side);
-        let place = self.inset.place(shape, side, triangle, vertex);
+        let place = self.inset.place(shape, side, vertex);
         let other = shape.trees[1 - side];
         self.members[at].is_inside = if is_closed(other) {
             workspace.run.stats.work += WORK_PER_RAY + 2 * WORK_PER_RAY_TEST;
@@ -486,7 +483,7 @@ impl Overlaps {
             for (side, triangle) in pair.into_iter().enumerate() {
                 for vertex in shape.trees[side].vertices_of(triangle) {
                     if self.inside_root(side, vertex).is_some() {
-                        self.reduce_vertex(shape, side, [vertex, triangle], group);
+                        self.reduce_vertex(shape, side, vertex, group);
                     }
                 }
             }
@@ -495,19 +492,13 @@ impl Overlaps {
             let side = usize::from(flooded.side);
             let group = self.cuts[flooded.cut as usize].group as usize;
             for vertex in shape.trees[side].vertices_of(flooded.triangle) {
-                self.reduce_vertex(shape, side, [vertex, flooded.triangle], group);
+                self.reduce_vertex(shape, side, vertex, group);
             }
         }
     }
 
     /// Takes a vertex of a triangle into the extremes of its group.
-    fn reduce_vertex(
-        &mut self,
-        shape: Shape,
-        side: usize,
-        [vertex, triangle]: [u32; 2],
-        group: usize,
-    ) {
+    fn reduce_vertex(&mut self, shape: Shape, side: usize, vertex: u32, group: usize) {
         let is_reduced = match self.vertices[side].get(vertex) {
             None => {
                 self.vertices[side].set(vertex, FLOODED);
@@ -518,13 +509,7 @@ impl Overlaps {
         };
         if !is_reduced {
             let place = shape.place(side, vertex);
-            self.groups[group].insert(
-                side,
-                Spot {
-                    place,
-                    of: [vertex, triangle],
-                },
-            );
+            self.groups[group].insert(side, Spot { place, of: vertex });
         }
     }
 
@@ -692,7 +677,8 @@ impl Reduction {
     ///
     /// 1. Until the surfaces are known to meet: do these triangles, or how far are they apart? Those
     ///    clearly apart are of the skin.
-    /// 2. With B drawn in: a pair of a curve, or one of the skin.
+    /// 2. By what are the corners of B's triangle drawn in?
+    /// 3. With B drawn in: a pair of a curve, or one of the skin.
     pub fn take_near(
         &mut self,
         shape: Shape,
@@ -702,9 +688,14 @@ impl Reduction {
         contacts: &mut ContactList,
         stats: &mut Stats,
     ) -> bool {
+        let is_compared = overlaps.met.is_some() || self.compared == Some(pair);
+        if is_compared && overlaps.inset.learn(shape, pair[1]) {
+            stats.work += WORK_PER_WAY;
+            return false;
+        }
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
-        if overlaps.met.is_none() && self.compared != Some(pair) {
+        if !is_compared {
             self.compared = Some(pair);
             if triangles_intersect(a, b) {
                 overlaps.met = Some(pair);
@@ -763,6 +754,12 @@ impl Reduction {
         stats.work += WORK_PER_CONTACT;
         stats.found += 1;
         self.skin.take(shape, pair, corners, found);
+    }
+
+    /// Takes the area that two triangles have in common whose contact adds nothing else.
+    pub fn take_area(&mut self, corners: [&[DVec3; 3]; 2], stats: &mut Stats) {
+        stats.work += WORK_PER_AREA;
+        self.skin.add_area(corners);
     }
 
     /// Records a pair of triangles (tree order) that are this far apart.

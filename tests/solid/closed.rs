@@ -262,14 +262,18 @@ fn memory_is_told() {
     let tree = build(&nested(), Solid::Keep);
     let triangles = tree.mesh().len();
     let bytes = tree.stats().bytes_solid;
+    // Convex components have their corners besides.
+    let corners = size_of::<DVec3>() * tree.mesh().vertex_count();
     assert!(
-        (4 * triangles..4 * triangles + 500).contains(&bytes),
+        (4 * triangles..4 * triangles + corners + 700).contains(&bytes),
         "{bytes}"
     );
-    let one = build(&shapes::icosphere(3), Solid::Keep)
-        .stats()
-        .bytes_solid;
-    assert!((1..100).contains(&one), "{one}");
+    let bytes = |mesh: &Mesh| build(mesh, Solid::Keep).stats().bytes_solid;
+    let hollow = bytes(&shapes::torus(1.0, 0.3, 16));
+    assert!((1..200).contains(&hollow), "{hollow}");
+    let ball = shapes::icosphere(3);
+    let corners = size_of::<DVec3>() * ball.vertex_count();
+    assert!((corners..corners + 200).contains(&bytes(&ball)));
 }
 
 #[test]

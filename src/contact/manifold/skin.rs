@@ -252,11 +252,16 @@ impl Skin {
         }
     }
 
+    /// True if two triangles face each other, so that they may have an area in common.
+    pub fn has_area(corners: [&[DVec3; 3]; 2]) -> bool {
+        let [a, b] = corners.map(face);
+        is_along(-a, b, OPPOSITE)
+    }
+
     /// Adds the area that two triangles have in common, if they face each other.
     pub fn add_area(&mut self, corners: [&[DVec3; 3]; 2]) {
-        let [a, b] = corners.map(face);
-        if is_along(-a, b, OPPOSITE) {
-            let (face, normal) = larger_face([a, b]);
+        if Self::has_area(corners) {
+            let (face, normal) = larger_face(corners.map(face));
             self.insert_area(corners, face, normal, None);
         }
     }
@@ -326,8 +331,9 @@ impl Skin {
             let square = u.length_squared();
             let [from, to] = [r, s].map(|end| u.dot(end - p) / square);
             let ends = [from.min(to).max(0.0), from.max(to).min(1.0)];
-            let is_parallel =
-                u.cross(v).length_squared() <= FLAT * FLAT * square * v.length_squared();
+            // A corner given twice is no edge.
+            let is_parallel = square > 0.0
+                && u.cross(v).length_squared() <= FLAT * FLAT * square * v.length_squared();
             if is_parallel && ends[0] < ends[1] {
                 for end in ends {
                     let on_a = p + u * end;

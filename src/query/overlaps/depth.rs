@@ -57,11 +57,11 @@ const LEAST_SQUARE: f64 = 0.1;
 const ONE_DIRECTION: f64 = 1.0 - 1e-6;
 const FLAT_SHARE: f64 = 0.4;
 
-/// A vertex and a triangle that has it, or the index of a pair whose curve has the point.
+/// A vertex, or the index of a pair whose curve has the point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spot {
     pub place: DVec3,
-    pub of: [u32; 2],
+    pub of: u32,
 }
 
 /// The directions of the faces along which the most of the curves runs, with their lengths: by the
@@ -245,8 +245,7 @@ impl Group {
     /// Takes the ends of the segment of a pair.
     pub fn insert_segment(&mut self, segment: [DVec3; 2], cut: u32) {
         for place in segment {
-            let of = [cut; 2];
-            self.farthest[2].insert(place, 0.0, Spot { place, of });
+            self.farthest[2].insert(place, 0.0, Spot { place, of: cut });
         }
     }
 
@@ -269,8 +268,8 @@ impl Group {
 
     /// The part of the way to the middle by which a point of the curves is moved, if the overlap is
     /// this deep.
-    fn inward(&self, spot: &Spot, drawn: &mut Drawn, depth: f64) -> f64 {
-        let tilt = drawn.cuts[spot.of[0] as usize].normals.map(|face| {
+    fn inward(&self, spot: &Spot, drawn: &Drawn, depth: f64) -> f64 {
+        let tilt = drawn.cuts[spot.of as usize].normals.map(|face| {
             let along = face.dot(self.normal).abs();
             along / larger(1.0 - along * along, 0.0).sqrt()
         });
@@ -281,7 +280,7 @@ impl Group {
     }
 
     /// The first probes: where the overlap is probably deepest.
-    fn deep_probes(&self, drawn: &mut Drawn) -> ArrayVec<Probe, PROBES> {
+    fn deep_probes(&self, drawn: &Drawn) -> ArrayVec<Probe, PROBES> {
         if self.normal == DVec3::ZERO || self.is_touching {
             return ArrayVec::new();
         }
@@ -299,12 +298,7 @@ impl Group {
     }
 
     /// The other probes: those that keep the bodies apart.
-    fn wide_probes(
-        &self,
-        drawn: &mut Drawn,
-        before: Before,
-        depth: f64,
-    ) -> ArrayVec<Probe, PROBES> {
+    fn wide_probes(&self, drawn: &Drawn, before: Before, depth: f64) -> ArrayVec<Probe, PROBES> {
         let middle = self.middle();
         let mut all: ArrayVec<Probe, 24> = ArrayVec::new();
         let mut candidates: ArrayVec<ManifoldPoint, 24> = ArrayVec::new();
@@ -360,15 +354,14 @@ impl Group {
 /// What probes are made of.
 struct Drawn<'d, 't> {
     shape: Shape<'t>,
-    inset: &'d mut Inset,
+    inset: &'d Inset,
     cuts: &'d [Cut],
 }
 
 impl Drawn<'_, '_> {
     /// The place of a vertex, of B drawn in.
-    fn place(&mut self, side: usize, spot: &Spot) -> DVec3 {
-        let [vertex, triangle] = spot.of;
-        self.inset.place(self.shape, side, triangle, vertex)
+    fn place(&self, side: usize, spot: &Spot) -> DVec3 {
+        self.inset.place(self.shape, side, spot.of)
     }
 }
 
@@ -386,17 +379,16 @@ impl Overlaps {
         debug_assert!(self.phase == Phase::Probe);
         let group = &self.groups[at];
         let (normal, step) = (group.normal, self.inset.step);
-        let mut drawn = Drawn {
+        let drawn = Drawn {
             shape,
-            inset: &mut self.inset,
+            inset: &self.inset,
             cuts: &self.cuts,
         };
         if self.probing.stage == Stage::None {
             self.probing.found.clear();
             self.probing.found.reserve(FOUND);
             self.probing.through = 0;
-            self.probing
-                .enter(Stage::Deep, group.deep_probes(&mut drawn));
+            self.probing.enter(Stage::Deep, group.deep_probes(&drawn));
         }
         let Some(&probe) = self.probing.probes.get(self.probing.next) else {
             workspace.run.stats.work += WORK_PER_CURVE_PAIR;
@@ -405,10 +397,10 @@ impl Overlaps {
             let depth = depths.reduce(f64::max).unwrap_or(f64::INFINITY);
             let is_small = is_deep && !self.probing.found.is_empty() && group.cuts <= SMALL && {
                 let mut spots = group.farthest[2].values();
-                spots.all(|spot| group.inward(spot, &mut drawn, depth) >= INWARD)
+                spots.all(|spot| group.inward(spot, &drawn, depth) >= INWARD)
             };
             if is_deep && !is_small {
-                let probes = group.wide_probes(&mut drawn, before, depth);
+                let probes = group.wide_probes(&drawn, before, depth);
                 self.probing.enter(Stage::Wide, probes);
                 return Ok(false);
             }

@@ -59,47 +59,59 @@ impl Inset {
         super::reserve(&mut self.offsets, vertices);
     }
 
-    /// The way of a vertex of B, a corner of this triangle (tree order), in A's frame.
-    pub fn offset(&mut self, shape: Shape, triangle: u32, vertex: u32) -> DVec3 {
+    /// Finds the way of one corner of a triangle of B (tree order) that has none yet. False if all
+    /// have theirs.
+    pub fn learn(&mut self, shape: Shape, triangle: u32) -> bool {
+        let tree = shape.trees[1];
         if self.offsets.is_empty() {
-            let vertices = shape.trees[1].mesh().vertex_count();
+            let vertices = tree.mesh().vertex_count();
             self.known.begin(vertices, vertices);
-        } else if let Some(known) = self.known.get(vertex) {
-            return self.offsets[known as usize];
         }
+        let mut vertices = tree.vertices_of(triangle).into_iter();
+        let Some(vertex) = vertices.find(|&vertex| self.known.get(vertex).is_none()) else {
+            return false;
+        };
         let way = *shape.b_in_a.rotation() * inward(shape, triangle, vertex) + ASIDE;
         self.known.set(vertex, self.offsets.len() as u32);
         self.offsets.push(self.step * way);
-        self.step * way
+        true
     }
 
-    /// A vertex of one side, a corner of this triangle (tree order), in A's frame: of B drawn in.
-    pub fn place(&mut self, shape: Shape, side: usize, triangle: u32, vertex: u32) -> DVec3 {
+    /// The way of a vertex of B, in A's frame. Zero as long as it is unknown: then no triangle around
+    /// it is as near to A as it would be drawn in.
+    fn offset(&self, vertex: u32) -> DVec3 {
+        let mut known = Some(vertex).filter(|_| !self.offsets.is_empty());
+        known = known.and_then(|vertex| self.known.get(vertex));
+        known.map_or(DVec3::ZERO, |known| self.offsets[known as usize])
+    }
+
+    /// A vertex of one side, in A's frame: of B drawn in.
+    pub fn place(&self, shape: Shape, side: usize, vertex: u32) -> DVec3 {
         let place = shape.place(side, vertex);
         if side == 0 {
             place
         } else {
-            place + self.offset(shape, triangle, vertex)
+            place + self.offset(vertex)
         }
     }
 
     /// The corners of a triangle (tree order) of B drawn in, in A's frame, and their ways.
-    pub fn corners(&mut self, shape: Shape, triangle: u32) -> [[DVec3; 3]; 2] {
+    pub fn corners(&self, shape: Shape, triangle: u32) -> [[DVec3; 3]; 2] {
         let vertices = shape.trees[1].vertices_of(triangle);
-        let ways = vertices.map(|vertex| self.offset(shape, triangle, vertex));
+        let ways = vertices.map(|vertex| self.offset(vertex));
         let [p, q, r] = shape.corners(1, triangle);
         [[p + ways[0], q + ways[1], r + ways[2]], ways]
     }
 
     /// True if a point of A is inside B drawn in, which is closed.
-    pub fn holds(&mut self, shape: Shape, to_b: &Pose, point: DVec3) -> bool {
+    pub fn holds(&self, shape: Shape, to_b: &Pose, point: DVec3) -> bool {
         let tree = shape.trees[1];
         let point = to_b.transform_point(point);
         let probe = Probe::new(tree, point).widened(tree, self.reach());
         let drawn_in = |triangle| {
             let (vertices, corners) = (tree.vertices_of(triangle), tree.corners(triangle));
             [0, 1, 2].map(|i| {
-                let way = self.offset(shape, triangle, vertices[i]);
+                let way = self.offset(vertices[i]);
                 corners[i] + *to_b.rotation() * way
             })
         };

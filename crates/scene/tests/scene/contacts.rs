@@ -7,7 +7,10 @@ use crate::common::random::Random;
 use crate::{detect, nudged, pose, row, swing, trees};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, Mesh, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual::tree::Solid;
+use punctual::{
+    Budget, BuildOptions, Mesh, Mode, Pose, Query, Tree, Verdict, Workspace, shapes,
+};
 use punctual_scene::{Body, BodyId, Filter, PairQuestion, Report, Scene, SceneError};
 
 /// The least work of a turn that asks for contacts.
@@ -623,5 +626,52 @@ fn contacts_look_ahead_as_far_as_asked() {
             refused,
             Err(SceneError::LookAheadNotALength { .. })
         ));
+    }
+}
+
+/// Sunk boxes with flush sides had one true corner of four.
+#[test]
+fn stacks_of_boxes_have_four_true_corners_a_foot() {
+    let plain = BuildOptions::default();
+    let trees = [plain, plain.solid(Solid::Keep)]
+        .map(|options| Arc::new(Tree::with_options(shapes::cuboid([0.5; 3], 1), &options)));
+    let gaps = [0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1e-9, -1e-9, 1e-12, -1e-12];
+    for (trial, count) in (2..=20).enumerate() {
+        for (number, gap) in gaps.into_iter().enumerate() {
+            let aside = [0.0, 1e-12, 1e-9, 1e-6, 1e-3][(trial + number) % 5];
+            let turn = DMat3::from_rotation_y(if trial % 3 == 0 {
+                0.0
+            } else {
+                0.1 * trial as f64
+            });
+            let mut scene = Scene::new();
+            scene.find_contacts();
+            let ids: Vec<BodyId> = (0..count)
+                .map(|i| {
+                    let height = f64::from(i) * (1.0 + gap);
+                    let place = DVec3::new(aside * f64::from(i % 2), 0.0, height);
+                    let pose = Pose::new(turn, turn * place).unwrap();
+                    let tree = Arc::clone(&trees[trial % 2]);
+                    scene.insert(Body::moving(tree, pose).margin(2e-3)).unwrap()
+                })
+                .collect();
+            detect(&mut scene, Budget::unlimited());
+            for pair in ids.windows(2) {
+                let found = scene.contacts(pair[0], pair[1]).unwrap();
+                assert!(found.is_complete());
+                assert_eq!(found.points.len(), 4, "{count} gap {gap:e}: {found:?}");
+                for point in found.points {
+                    assert!(
+                        (point.distance - gap).abs() < 1e-11 + 1e-6 * gap.abs(),
+                        "{point:?}"
+                    );
+                    let off = point.points[0].abs() - DVec3::splat(0.5);
+                    assert!(
+                        off.abs().max_element() < 1e-6 + aside,
+                        "{aside:e} {point:?}"
+                    );
+                }
+            }
+        }
     }
 }
