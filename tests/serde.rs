@@ -96,8 +96,7 @@ fn outcomes_certificates_and_the_model() {
             ENOUGH,
         ] {
             let query = Query::intersection(&a, &b, Pose::IDENTITY)
-                .mode(mode)
-                .queue_threshold(0.0);
+                .mode(mode);
             let outcome = query.run(&mut workspace, budget.clock(&clock));
             again(&outcome);
             let certificate = query.certificate(&workspace).unwrap();

@@ -2,9 +2,13 @@
 //! depth-first before it, and, before both, the few pairs on the warm-start paths to the witnesses
 //! of the previous frame.
 //!
-//! The queue is a set of linked lists in one arena of fixed capacity, with a mask of the lists that
-//! are not empty: constant time, and a total order (bucket, then last in first out) that depends
-//! only on the input.
+//! The queue has two parts, and in both the order depends only on the input.
+//!
+//! - [`Ranked`]: 64 pairs with their keys, the largest first. It decides the first openings of a run
+//!   that a budget may cut, where the order matters most, and its pushes are cheap.
+//! - Linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
+//!   time, by bucket, then last in first out. Distances and motions use it, and pairs that the first
+//!   part has no room for.
 
 use crate::tree::{MAX_HEIGHT, Node, WIDTH};
 use alloc::boxed::Box;
@@ -44,7 +48,96 @@ pub(super) const PATHS: usize = 16;
 /// Number of buckets; bucket 0 is visited first.
 pub(super) const BUCKETS: usize = 128;
 
+/// Number of pairs popped by rank. What is ranked then goes on the stack, the best on top: later the
+/// order of openings matters less, and ranking costs time.
+const RANKED_POPS: u32 = 24;
+
+/// Maximum number of ranked pairs: the slot of a pair is in the low six bits of its key.
+const RANKS: usize = 64;
+
 const NONE: u32 = u32::MAX;
+
+/// Pairs and their keys in no order; the largest key is found by a scan of eight lanes.
+#[derive(Clone, Debug)]
+#[repr(align(32))]
+struct Ranked {
+    /// The bits of each key, with the slot in the last six; 0 beyond `len`.
+    keys: [u32; RANKS],
+    pairs: [Pair; RANKS],
+    len: usize,
+}
+
+impl Ranked {
+    const EMPTY: Self = Self {
+        keys: [0; RANKS],
+        pairs: [Pair::new(0, 0); RANKS],
+        len: 0,
+    };
+
+    #[inline(always)]
+    fn put(&mut self, at: usize, key: u32, pair: Pair) {
+        let low = RANKS as u32 - 1;
+        self.keys[at % RANKS] = key & !low | at as u32;
+        self.pairs[at % RANKS] = pair;
+    }
+
+    /// Adds a pair. Returns false if there is no room.
+    #[inline(always)]
+    fn push(&mut self, key: f32, pair: Pair) -> bool {
+        let has_room = self.len < RANKS;
+        if has_room {
+            self.put(self.len, key.to_bits(), pair);
+            self.len += 1;
+        }
+        has_room
+    }
+
+    /// Removes the pair with the largest key.
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Pair> {
+        if self.len == 0 {
+            return None;
+        }
+        let mut largest = [0; 8];
+        for eight in self.keys.as_chunks::<8>().0.iter().take(self.len.div_ceil(8)) {
+            for (largest, &key) in largest.iter_mut().zip(eight) {
+                *largest = key.max(*largest);
+            }
+        }
+        let at = largest.into_iter().fold(0, u32::max) as usize % RANKS;
+        // Part by part, as in `pop_stack`.
+        let parts = |Pair { nodes: [a, b], active: [of_a, of_b] }| Pair {
+            nodes: [a, b],
+            active: [of_a, of_b],
+        };
+        let pair = parts(self.pairs[at]);
+        self.len -= 1;
+        let last = self.len % RANKS;
+        self.put(at, self.keys[last], parts(self.pairs[last]));
+        self.keys[last] = 0;
+        Some(pair)
+    }
+
+    /// The pairs, those with small keys first.
+    fn ascending(&self) -> impl DoubleEndedIterator<Item = Pair> + use<> {
+        let mut keys: ArrayVec<u32, RANKS> = self.keys[..self.len].iter().copied().collect();
+        keys.sort_unstable();
+        let pairs = self.pairs;
+        keys.into_iter().map(move |key| pairs[key as usize % RANKS])
+    }
+
+    fn clear(&mut self) {
+        self.keys[..self.len].fill(0);
+        self.len = 0;
+    }
+}
+
+/// The bucket of a ranked pair that finds no room: eight for each power of two of its key.
+fn bucket(key: f32) -> usize {
+    const LARGEST: u32 = 1_f32.to_bits() >> 20;
+    let below = LARGEST.saturating_sub(key.to_bits() >> 20) as usize;
+    below.min(BUCKETS - 1)
+}
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -68,6 +161,9 @@ pub(super) struct Frontier {
     /// Entries below this height were set aside while paths were followed; they are popped after
     /// the last path.
     base: usize,
+    ranked: Ranked,
+    /// Number of pairs still to be popped by rank.
+    ranked_pops: u32,
     arena: Box<[Entry]>,
     /// First entry of each bucket, or [`NONE`].
     lists: [u32; BUCKETS],
@@ -91,6 +187,8 @@ impl Frontier {
             stack: Box::new([Pair::new(0, 0); STACK]),
             height: 0,
             base: 0,
+            ranked: Ranked::EMPTY,
+            ranked_pops: RANKED_POPS,
             arena: alloc::vec![Entry { pair: Pair::new(0, 0), key: 0.0, next: NONE }; capacity]
                 .into(),
             lists: [NONE; BUCKETS],
@@ -105,11 +203,12 @@ impl Frontier {
 
     pub fn clear(&mut self) {
         self.drop_all();
-        (self.peak, self.jumps) = (0, 0);
+        (self.peak, self.jumps, self.ranked_pops) = (0, 0, RANKED_POPS);
     }
 
     pub fn drop_all(&mut self) {
         self.paths.clear();
+        self.ranked.clear();
         self.clear_queue();
         (self.height, self.base) = (0, 0);
     }
@@ -228,6 +327,19 @@ impl Frontier {
         self.popped_key
     }
 
+    /// Queues a pair by a key that is not negative; the largest is popped first.
+    #[inline(always)]
+    pub fn rank(&mut self, pair: Pair, key: f32) {
+        if !self.ranked.push(key, pair) {
+            self.queue(pair, key, bucket(key));
+        }
+    }
+
+    /// The pairs ranked so far go on the stack, the best on top, before the next one is popped.
+    pub fn end_ranking(&mut self) {
+        self.ranked_pops = 0;
+    }
+
     /// Queues a pair as the first of `bucket`. A pair that finds no room is pushed on the stack.
     pub fn queue(&mut self, pair: Pair, key: f32, bucket: usize) {
         let slot = if self.free != NONE {
@@ -253,11 +365,17 @@ impl Frontier {
 
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
-        let origin = if self.height == self.base {
-            self.refill()?
-        } else {
-            Origin::Stack
-        };
+        if self.height > self.base {
+            return Some((self.pop_stack()?, Origin::Stack));
+        }
+        if self.ranked_pops > 0 && self.paths.is_empty() && self.base == 0 {
+            self.note_peak();
+            if let Some(pair) = self.ranked.pop() {
+                self.ranked_pops -= 1;
+                return Some((pair, Origin::Queue));
+            }
+        }
+        let origin = self.refill()?;
         Some((self.pop_stack()?, origin))
     }
 
@@ -294,6 +412,14 @@ impl Frontier {
             self.base = 0;
             return Some(Origin::Stack);
         }
+        if self.ranked.len > 0 {
+            self.note_peak();
+            self.ranked.ascending().for_each(|pair| {
+                self.push(pair);
+            });
+            self.ranked.clear();
+            return Some(Origin::Stack);
+        }
         let pair = self.pop_queue()?;
         self.push(pair);
         Some(Origin::Queue)
@@ -310,7 +436,7 @@ impl Frontier {
             self.occupied[bucket / 64] &= !(1 << (bucket % 64));
         }
         self.arena[slot as usize].next = core::mem::replace(&mut self.free, slot);
-        self.peak = self.peak.max(self.queued);
+        self.note_peak();
         self.queued -= 1;
         Some(pair)
     }
@@ -344,7 +470,7 @@ impl Frontier {
     /// Number of pairs.
     #[inline(always)]
     pub fn len(&self) -> usize {
-        self.paths.len() + self.height + self.queued as usize
+        self.paths.len() + self.height + self.ranked.len + self.queued as usize
     }
 
     #[inline(always)]
@@ -354,11 +480,16 @@ impl Frontier {
 
     /// Maximum number of pairs in the queue at one time.
     pub fn peak(&self) -> u32 {
-        self.peak.max(self.queued)
+        self.peak.max(self.queued + self.ranked.len as u32)
+    }
+
+    #[inline(always)]
+    fn note_peak(&mut self) {
+        self.peak = self.peak();
     }
 
     pub fn clear_queue(&mut self) {
-        self.peak = self.peak();
+        self.note_peak();
         while let Some(bucket) = self.first_bucket() {
             self.lists[bucket] = NONE;
             self.occupied[bucket / 64] &= !(1 << (bucket % 64));
@@ -366,15 +497,19 @@ impl Frontier {
         (self.free, self.touched, self.queued) = (NONE, 0, 0);
     }
 
-    /// All pairs: those on paths, those of the stack from its top, then the queued ones in the order
-    /// in which they would be popped.
+    /// All pairs: those on paths, those of the stack from its top, then the ranked and the queued
+    /// ones in the order in which they would be popped.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let paths = self.paths.iter().map(|(pair, _)| *pair);
         let stack = self.stack[..self.height].iter().rev().copied();
         let entry = |slot: u32| (slot != NONE).then(|| &self.arena[slot as usize]);
         let list = move |first: u32| successors(entry(first), move |last| entry(last.next));
         let queued = self.lists.iter().flat_map(move |&first| list(first));
-        paths.chain(stack).chain(queued.map(|entry| entry.pair))
+        let ranked = self.ranked.ascending().rev();
+        paths
+            .chain(stack)
+            .chain(ranked)
+            .chain(queued.map(|entry| entry.pair))
     }
 }
 
