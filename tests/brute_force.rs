@@ -209,14 +209,12 @@ fn no_poll_interval_changes_the_answer() {
         let truth = all_pairs(a.mesh(), b.mesh(), &pose);
         for mode in MODES {
             for order in ORDERS {
-                    for poll in [0, 1, u64::MAX] {
-                        let query = Query::intersection(&a, &b, pose)
-                            .mode(mode)
-                            .order(order);
-                        let (outcome, pairs) =
-                            run_to_end(&query, &mut workspace, ENOUGH.poll_interval(poll));
-                        assert_complete(mode, &outcome, &pairs, &truth);
-                    }
+                for poll in [0, 1, u64::MAX] {
+                    let query = Query::intersection(&a, &b, pose).mode(mode).order(order);
+                    let (outcome, pairs) =
+                        run_to_end(&query, &mut workspace, ENOUGH.poll_interval(poll));
+                    assert_complete(mode, &outcome, &pairs, &truth);
+                }
             }
         }
     }

@@ -76,9 +76,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
     let (again_a, again_b, _) = knot_and_gear();
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::intersection(&a, &b, pose)
-                .mode(mode)
-                .order(order);
+            let query = Query::intersection(&a, &b, pose).mode(mode).order(order);
             let full = run(&query, &mut Workspace::new(), ENOUGH);
             for budget in [
                 Budget::unlimited(),

@@ -4,10 +4,10 @@
 
 mod common;
 
+use common::ORDERS;
 use common::check::{
     ENOUGH, assert_certificate, assert_complete, assert_sound, resume, run, run_to_end, sorted,
 };
-use common::ORDERS;
 use common::random::{Drift, Random, pose_about};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};

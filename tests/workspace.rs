@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::check::{self, ENOUGH, run, run_to_end, sorted};
+use common::check::{self, ENOUGH, run, run_to_end};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Pose, Query, StopReason, Tree, Workspace, shapes};
 

@@ -57,7 +57,8 @@ const RANKS: usize = 64;
 
 const NONE: u32 = u32::MAX;
 
-/// Pairs and their keys in no order; the largest key is found by a scan of eight lanes.
+/// Pairs and their keys in no order. The largest key is always known: a pop finds the next one while
+/// its pair is opened, so that nothing waits for a scan over keys that were stored just before.
 #[derive(Clone, Debug)]
 #[repr(align(32))]
 struct Ranked {
@@ -65,6 +66,7 @@ struct Ranked {
     keys: [u32; RANKS],
     pairs: [Pair; RANKS],
     len: usize,
+    largest: u32,
 }
 
 impl Ranked {
@@ -72,13 +74,16 @@ impl Ranked {
         keys: [0; RANKS],
         pairs: [Pair::new(0, 0); RANKS],
         len: 0,
+        largest: 0,
     };
 
+    /// Puts a pair at a slot. Returns its key with the slot.
     #[inline(always)]
-    fn put(&mut self, at: usize, key: u32, pair: Pair) {
-        let low = RANKS as u32 - 1;
-        self.keys[at % RANKS] = key & !low | at as u32;
+    fn put(&mut self, at: usize, key: u32, pair: Pair) -> u32 {
+        let key = key & !(RANKS as u32 - 1) | at as u32;
+        self.keys[at % RANKS] = key;
         self.pairs[at % RANKS] = pair;
+        key
     }
 
     /// Adds a pair. Returns false if there is no room.
@@ -86,7 +91,7 @@ impl Ranked {
     fn push(&mut self, key: f32, pair: Pair) -> bool {
         let has_room = self.len < RANKS;
         if has_room {
-            self.put(self.len, key.to_bits(), pair);
+            self.largest = self.put(self.len, key.to_bits(), pair).max(self.largest);
             self.len += 1;
         }
         has_room
@@ -98,23 +103,35 @@ impl Ranked {
         if self.len == 0 {
             return None;
         }
-        let mut largest = [0; 8];
-        for eight in self.keys.as_chunks::<8>().0.iter().take(self.len.div_ceil(8)) {
-            for (largest, &key) in largest.iter_mut().zip(eight) {
-                *largest = key.max(*largest);
+        let at = self.largest as usize % RANKS;
+        let mut next = [0; 8];
+        for eight in self
+            .keys
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .take(self.len.div_ceil(8))
+        {
+            for (next, &key) in next.iter_mut().zip(eight) {
+                *next = (*next).max(if key < self.largest { key } else { 0 });
             }
         }
-        let at = largest.into_iter().fold(0, u32::max) as usize % RANKS;
+        let next = next.into_iter().fold(0, u32::max);
         // Part by part, as in `pop_stack`.
-        let parts = |Pair { nodes: [a, b], active: [of_a, of_b] }| Pair {
+        let parts = |Pair {
+                         nodes: [a, b],
+                         active: [of_a, of_b],
+                     }| Pair {
             nodes: [a, b],
             active: [of_a, of_b],
         };
         let pair = parts(self.pairs[at]);
         self.len -= 1;
         let last = self.len % RANKS;
-        self.put(at, self.keys[last], parts(self.pairs[last]));
+        let is_last = next as usize % RANKS == last;
+        let moved = self.put(at, self.keys[last], parts(self.pairs[last]));
         self.keys[last] = 0;
+        self.largest = if is_last { moved } else { next };
         Some(pair)
     }
 
@@ -128,7 +145,7 @@ impl Ranked {
 
     fn clear(&mut self) {
         self.keys[..self.len].fill(0);
-        self.len = 0;
+        (self.len, self.largest) = (0, 0);
     }
 }
 

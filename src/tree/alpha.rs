@@ -75,7 +75,10 @@ mod tests {
                 let leaf = Vec3::new(0.005, 0.01, 0.0) * i as f32;
                 let product = alpha(leaf, own, triangles).element_product();
                 let error = log_alpha(leaf, own, levels) - libm::log2f(product);
-                assert!(error.abs() < 2e-4 / levels + 1e-6, "{triangles} {leaf}: {error}");
+                assert!(
+                    error.abs() < 2e-4 / levels + 1e-6,
+                    "{triangles} {leaf}: {error}"
+                );
             }
         }
         assert_eq!(log_alpha(Vec3::ONE, Vec3::ONE, 0.0), 0.0);

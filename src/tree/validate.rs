@@ -1,7 +1,7 @@
 //! Checks the invariants of a tree, one by one.
 
-use super::binary::{CLUSTER, most_depth};
 use super::alpha::log_alpha;
+use super::binary::{CLUSTER, most_depth};
 use super::profile::LevelProfile;
 use super::wide::{WIDTH, lane};
 use super::{Node, Tree};
