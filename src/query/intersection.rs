@@ -184,7 +184,9 @@ impl<'t> Query<'t, Intersection> {
         if workspace.frontier.follow(Pair::new(0, 0), paths as u16) {
             // The root is on a path.
         } else if strategy.queue.is_some() {
-            workspace.frontier.rank(Pair::new(0, 0), 0.0);
+            workspace
+                .frontier
+                .rank_all(1, |_, _| 0.0, |_| Pair::new(0, 0));
         } else {
             // Built in place: a copy as one piece would wait until its parts are in the cache.
             workspace.frontier.push(Pair::new(0, 0));

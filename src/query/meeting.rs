@@ -15,7 +15,7 @@ use super::traversal::{Traversal, Visitor};
 use super::triangle_pairs::push_all;
 use super::workspace::Workspace;
 use crate::model::cost::WORK_PER_LOOKUP;
-use crate::tree::{Node, WIDTH};
+use crate::tree::{Node, Tree, WIDTH};
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 
@@ -34,7 +34,7 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
         let (trees, relative) = ([self.a, self.b], self.relative);
         if self.origin != Origin::Stack {
-            self.share = Order::share(self.nodes(pair), relative);
+            self.share = Order::share(nodes(trees, pair), relative);
         }
         expand(
             lanes,
@@ -106,11 +106,9 @@ impl Traversal<'_, '_, Meeting<'_>> {
             hits = self.follow_paths(hits, &child);
         }
         if let Some(order) = self.strategy.queue {
-            for bit in bits(hits) {
-                let pair = child(bit as u32);
-                let key = self.key(order, pair, depth(bit) * self.share);
-                self.workspace.frontier.rank(pair, key);
-            }
+            let (trees, share) = ([self.a, self.b], self.share);
+            let key = |bit, pair| Self::key(order, trees, pair, depth(bit) * share);
+            self.workspace.frontier.rank_all(hits, key, child);
         } else {
             self.workspace.frontier.push_all(hits, child);
         }
@@ -121,16 +119,11 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
     /// The key of a pair, not negative; the largest is visited first.
     #[inline(always)]
-    fn key(&self, order: Order, pair: Pair, depth: f32) -> f32 {
+    fn key(order: Order, trees: [&Tree; 2], pair: Pair, depth: f32) -> f32 {
         match order {
-            Order::LowAlpha => Order::low_alpha(self.nodes(pair)),
+            Order::LowAlpha => Order::low_alpha(nodes(trees, pair)),
             _ => depth,
         }
-    }
-
-    #[inline(always)]
-    fn nodes(&self, Pair { nodes: [a, b], .. }: Pair) -> [&Node; 2] {
-        [&self.a.nodes()[a as usize], &self.b.nodes()[b as usize]]
     }
 
     /// Stops curve tracing once the traversal has done its share of the work.
@@ -164,9 +157,9 @@ impl Traversal<'_, '_, Meeting<'_>> {
         // The key, with the index of the pair in its last bits. A select, not a branch, because
         // the comparison is unpredictable.
         let (mut first, mut second) = (0, 0);
-        let order = self.strategy.queue.unwrap_or_default();
+        let (order, trees) = (self.strategy.queue.unwrap_or_default(), [self.a, self.b]);
         for bit in bits(hits) {
-            let key = self.key(order, child(bit as u32), depth(bit));
+            let key = Self::key(order, trees, child(bit as u32), depth(bit));
             let key = key.to_bits() & !63 | bit as u32;
             second = second.max(first.min(key));
             first = first.max(key);
@@ -184,13 +177,19 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// The witnesses of the previous frame, out of `among`, that lie below a pair.
     #[inline(always)]
     fn witnesses_below(&self, pair: Pair, among: u16) -> u16 {
-        let [a, b] = self.nodes(pair);
+        let [a, b] = nodes([self.a, self.b], pair);
         bits(among).fold(0, |below, i| {
             let [x, y] = self.workspace.witnesses[i].map(|triangle| triangle as usize);
             let leads = a.triangle_range().contains(&x) && b.triangle_range().contains(&y);
             below | u16::from(leads) << i
         })
     }
+}
+
+#[inline(always)]
+fn nodes([a, b]: [&Tree; 2], pair: Pair) -> [&Node; 2] {
+    let [i, j] = pair.nodes.map(|node| node as usize);
+    [&a.nodes()[i], &b.nodes()[j]]
 }
 
 impl Sink for Traversal<'_, '_, Meeting<'_>> {

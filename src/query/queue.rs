@@ -7,8 +7,7 @@
 //! - [`Ranked`]: 64 pairs with their keys, the largest first. It decides the first openings of a run
 //!   that a budget may cut, where the order matters most, and its pushes are cheap.
 //! - Linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
-//!   time, by bucket, then last in first out. Distances and motions use it, and pairs that the first
-//!   part has no room for.
+//!   time, by bucket, then last in first out, for distances and motions.
 
 use crate::tree::{MAX_HEIGHT, Node, WIDTH};
 use alloc::boxed::Box;
@@ -86,15 +85,25 @@ impl Ranked {
         key
     }
 
-    /// Adds a pair. Returns false if there is no room.
+    /// Adds the pair of each bit of `mask` with its key. Returns the bits that found no room.
     #[inline(always)]
-    fn push(&mut self, key: f32, pair: Pair) -> bool {
-        let has_room = self.len < RANKS;
-        if has_room {
-            self.largest = self.put(self.len, key.to_bits(), pair).max(self.largest);
-            self.len += 1;
+    fn push_all(
+        &mut self,
+        mut mask: u64,
+        key: impl Fn(usize, Pair) -> f32,
+        pair: impl Fn(u32) -> Pair,
+    ) -> u64 {
+        let (mut len, mut largest) = (self.len, self.largest);
+        while mask != 0 && len < RANKS {
+            let bit = mask.trailing_zeros();
+            mask &= mask - 1;
+            let pair = pair(bit);
+            let key = key(bit as usize, pair).to_bits();
+            largest = self.put(len, key, pair).max(largest);
+            len += 1;
         }
-        has_room
+        (self.len, self.largest) = (len, largest);
+        mask
     }
 
     /// Removes the pair with the largest key.
@@ -147,13 +156,6 @@ impl Ranked {
         self.keys[..self.len].fill(0);
         (self.len, self.largest) = (0, 0);
     }
-}
-
-/// The bucket of a ranked pair that finds no room: eight for each power of two of its key.
-fn bucket(key: f32) -> usize {
-    const LARGEST: u32 = 1_f32.to_bits() >> 20;
-    let below = LARGEST.saturating_sub(key.to_bits() >> 20) as usize;
-    below.min(BUCKETS - 1)
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -344,12 +346,17 @@ impl Frontier {
         self.popped_key
     }
 
-    /// Queues a pair by a key that is not negative; the largest is popped first.
+    /// Ranks the pair of each bit of `mask` by its key, which is not negative; the largest is popped
+    /// first. Pairs that find no room go on the stack.
     #[inline(always)]
-    pub fn rank(&mut self, pair: Pair, key: f32) {
-        if !self.ranked.push(key, pair) {
-            self.queue(pair, key, bucket(key));
-        }
+    pub fn rank_all(
+        &mut self,
+        mask: u64,
+        key: impl Fn(usize, Pair) -> f32,
+        pair: impl Fn(u32) -> Pair,
+    ) {
+        let rest = self.ranked.push_all(mask, key, &pair);
+        self.push_all(rest, pair);
     }
 
     /// The pairs ranked so far go on the stack, the best on top, before the next one is popped.
