@@ -111,16 +111,17 @@ fn budgeted(c: &mut Criterion) {
     }
 }
 
-/// The same finished query with no queue, with the default threshold, and with every node pair queued.
+/// The same finished query by the simplest rival, and in each order.
 fn queue(c: &mut Criterion) {
     let mut workspace = Workspace::new();
     let (a, b) = pair(1);
     let truth = brute_force(&a, &b, &pose());
     let query = Query::all_pairs(&a, &b, pose());
     let variants = [
-        ("none", query.order(Order::DepthFirst)),
-        ("default threshold", query),
-        ("every pair", query.queue_threshold(0.0)),
+        ("plain", query.plain()),
+        ("default", query),
+        ("low alpha", query.order(Order::LowAlpha)),
+        ("depth first", query.order(Order::DepthFirst)),
     ];
     for (name, query) in variants {
         let budget = Budget::work(u64::MAX);

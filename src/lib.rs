@@ -24,6 +24,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # From alpha to confidence
+//!
+//! After R. Weller, J. Klein, G. Zachmann, "A Model for the Expected Running Time of Collision
+//! Detection using AABB Trees" (EGVE 2006):
+//!
+//! 1. Each subtree stores its measured **alpha**, the factor by which boxes shrink from level to
+//!    level ([`tree::Subtree::alpha_product`]).
+//! 2. Alpha and the levels left give **N_v**, the expected number of box tests
+//!    ([`Query::predict`]).
+//! 3. Node pairs that overlap wait in a **priority queue**, by depth, size and levels left
+//!    ([`intersection::Order`]). The first is replaced by the pairs of its children.
+//! 4. The **budget** may stop the query between two steps of bounded work ([`Budget`]).
+//! 5. A stopped query returns what it has found. [`Query::estimate`] tells the work left and the
+//!    **confidence**: the probability of an intersection, and the share found.
+//!
 //! # Guarantees
 //!
 //! - **No false answer.** [`Verdict::Intersecting`] carries a witness: two triangles that

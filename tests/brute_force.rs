@@ -19,13 +19,12 @@ fn assert_equal_to_brute_force(a: &Tree, b: &Tree, pose: Pose, workspace: &mut W
     for mode in MODES {
         for order in ORDERS {
             let query = Query::intersection(a, b, pose).mode(mode).order(order);
-            for (threshold, budget) in [
-                (4096.0, Budget::unlimited()),
-                (4096.0, ENOUGH),
-                (0.0, ENOUGH),
+            for (query, budget) in [
+                (query, Budget::unlimited()),
+                (query, ENOUGH),
+                (query.plain(), ENOUGH),
             ] {
-                let (outcome, pairs) =
-                    run_to_end(&query.queue_threshold(threshold), workspace, budget);
+                let (outcome, pairs) = run_to_end(&query, workspace, budget);
                 assert_complete(mode, &outcome, &pairs, &truth);
             }
         }
@@ -200,7 +199,7 @@ fn scaled(mesh: &Mesh, factor: f64) -> Mesh {
 }
 
 #[test]
-fn no_threshold_and_no_poll_interval_changes_the_answer() {
+fn no_poll_interval_changes_the_answer() {
     let a = Tree::new(shapes::torus_knot(2, 3, 0.2, 16));
     let b = Tree::new(shapes::gear(11, 2));
     let mut random = Random::new(9);
@@ -210,16 +209,11 @@ fn no_threshold_and_no_poll_interval_changes_the_answer() {
         let truth = all_pairs(a.mesh(), b.mesh(), &pose);
         for mode in MODES {
             for order in ORDERS {
-                for threshold in [0.0, 1.0, 100.0, 1e4, f32::INFINITY, f32::NAN] {
-                    for poll in [0, 1, u64::MAX] {
-                        let query = Query::intersection(&a, &b, pose)
-                            .mode(mode)
-                            .order(order)
-                            .queue_threshold(threshold);
-                        let (outcome, pairs) =
-                            run_to_end(&query, &mut workspace, ENOUGH.poll_interval(poll));
-                        assert_complete(mode, &outcome, &pairs, &truth);
-                    }
+                for poll in [0, 1, u64::MAX] {
+                    let query = Query::intersection(&a, &b, pose).mode(mode).order(order);
+                    let (outcome, pairs) =
+                        run_to_end(&query, &mut workspace, ENOUGH.poll_interval(poll));
+                    assert_complete(mode, &outcome, &pairs, &truth);
                 }
             }
         }

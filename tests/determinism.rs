@@ -76,10 +76,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
     let (again_a, again_b, _) = knot_and_gear();
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::intersection(&a, &b, pose)
-                .mode(mode)
-                .order(order)
-                .queue_threshold(0.0);
+            let query = Query::intersection(&a, &b, pose).mode(mode).order(order);
             let full = run(&query, &mut Workspace::new(), ENOUGH);
             for budget in [
                 Budget::unlimited(),
@@ -100,7 +97,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
                     scope.spawn(rounds);
                 });
                 let rebuilt = Query::intersection(&again_a, &again_b, pose);
-                let rebuilt = rebuilt.mode(mode).order(order).queue_threshold(0.0);
+                let rebuilt = rebuilt.mode(mode).order(order);
                 assert_eq!(ask(&rebuilt, &mut Workspace::new(), budget), first);
             }
         }
@@ -112,7 +109,7 @@ fn orders_differ_in_order() {
     let (a, b, pose) = knot_and_gear();
     let mut workspace = Workspace::new();
     let in_order = ORDERS.map(|order| {
-        let query = Query::all_pairs(&a, &b, pose).queue_threshold(0.0);
+        let query = Query::all_pairs(&a, &b, pose);
         run_to_end(&query.order(order), &mut workspace, ENOUGH).1
     });
     for (i, one) in in_order.iter().enumerate() {

@@ -63,10 +63,7 @@ fn assert_answers(a: &Tree, b: &Tree, pose: Pose, pairs: u64, workspace: &mut Wo
     for mode in MODES {
         for order in ORDERS {
             let query = Query::intersection(a, b, pose).mode(mode).order(order);
-            for (query, budget) in [
-                (query, Budget::unlimited()),
-                (query.queue_threshold(0.0), ENOUGH),
-            ] {
+            for (query, budget) in [(query, Budget::unlimited()), (query, ENOUGH)] {
                 let (outcome, found) = run_to_end(&query, workspace, budget);
                 assert_complete(mode, &outcome, &found, &truth);
             }

@@ -332,7 +332,7 @@ fn the_time_budget_decides_whether_pairs_are_queued() {
         Tree::new(shapes::icosphere(6)),
         Tree::new(shapes::torus(1.0, 0.3, 256)),
     );
-    let query = Query::all_pairs(&a, &b, along_x(0.4)).queue_threshold(0.0);
+    let query = Query::all_pairs(&a, &b, along_x(0.4));
     let mut workspace = Workspace::new();
     let peaks = [Duration::from_secs(100), Duration::from_nanos(100)].map(|limit| {
         let outcome = query.run(
@@ -352,7 +352,7 @@ fn given_costs_decide_whether_the_first_query_is_queued() {
         Tree::new(shapes::icosphere(6)),
         Tree::new(shapes::torus(1.0, 0.3, 256)),
     );
-    let query = Query::all_pairs(&a, &b, along_x(0.4)).queue_threshold(0.0);
+    let query = Query::all_pairs(&a, &b, along_x(0.4));
     let queued = [1.0, 1e9].map(|factor| {
         let mut workspace = Workspace::new();
         workspace.set_cost_model(CostModel::default().scaled(factor));
@@ -401,7 +401,7 @@ fn random_queries_give_numbers() {
             (&large, &tiny),
             (&tiny, &tiny),
         ] {
-            let query = Query::all_pairs(a, b, pose).queue_threshold(0.0);
+            let query = Query::all_pairs(a, b, pose);
             assert_ordered(query.predict(None).bv_tests);
             let _ = run(
                 &query,

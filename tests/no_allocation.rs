@@ -200,11 +200,7 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
         for mode in MODES {
             for order in ORDERS {
                 let query = Query::intersection(a, b, pose).mode(mode).order(order);
-                for query in [
-                    query,
-                    query.queue_threshold(0.0),
-                    query.queue_threshold(0.0).pair_limit(3),
-                ] {
+                for query in [query, query.plain(), query.pair_limit(3)] {
                     let mut memory = PairMemory::new();
                     let calls = allocator_calls(|| {
                         use_query(&query, &mut workspace, None);

@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::ORDERS;
 use common::check::{
     ENOUGH, assert_certificate, assert_complete, assert_sound, resume, run, run_to_end, sorted,
 };
@@ -94,10 +95,8 @@ fn all_plans_end_in_the_same_pairs() {
     for (i, case) in cases().iter().enumerate() {
         let truth = case.truth();
         assert!(!truth.is_empty(), "case {i}");
-        for threshold in [None, Some(0.0), Some(10.0), Some(1e9)] {
+        for query in ORDERS.map(|order| case.query().order(order)) {
             for budget in [ENOUGH, Budget::unlimited(), SHORT] {
-                let query = case.query();
-                let query = threshold.map_or(query, |threshold| query.queue_threshold(threshold));
                 // The clock stands still, so that what is short lasts nevertheless.
                 let outcome = query.run(&mut workspace, budget.clock(&clock));
                 assert_complete(Mode::All, &outcome, workspace.pairs(), &truth);
@@ -161,9 +160,7 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
         let truth = case.truth();
         let all = run(&case.query(), &mut Workspace::new(), ENOUGH).stats.work;
         for _ in 0..10 {
-            let query = case
-                .query()
-                .queue_threshold([0.0, 4.0, 16.0, 64.0][random.below(4)]);
+            let query = case.query().order(ORDERS[random.below(3)]);
             let workspace = &mut workspaces[random.below(4)];
             let mut outcome = run(
                 &query,
@@ -204,7 +201,7 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
 #[test]
 fn a_resumed_march_ends_in_the_same_bits_as_one_that_never_stopped() {
     for case in cases() {
-        for query in [case.query(), case.query().queue_threshold(10.0)] {
+        for query in ORDERS.map(|order| case.query().order(order)) {
             let (mut whole, mut pieces) = (Workspace::new(), Workspace::new());
             let expected = run(&query, &mut whole, ENOUGH);
             let mut outcome = run(&query, &mut pieces, Budget::work(1));
@@ -278,7 +275,7 @@ fn a_first_hit_that_may_be_cut_comes_no_later_than_depth_first() {
     for case in cases() {
         let query = case.query().mode(Mode::Any);
         let mut work = |query: &Query<Intersection>| run(query, &mut workspace, ENOUGH).stats.work;
-        plain += work(&query.order(Order::DepthFirst));
+        plain += work(&query.plain());
         planned += work(&query);
     }
     assert!(planned < plain, "{planned} after {plain}");
@@ -289,14 +286,12 @@ fn a_finished_run_that_could_be_cut_takes_little_more_than_depth_first() {
     let mut workspace = Workspace::new();
     for case in &cases() {
         let mut work = |query: Query<Intersection>| run(&query, &mut workspace, ENOUGH).stats.work;
-        let plain = work(case.query().order(Order::DepthFirst));
-        for threshold in [10.0, 48.0, 100.0, 1e9] {
-            let planned = work(case.query().queue_threshold(threshold));
-            assert!(
-                planned as f64 <= 1.35 * plain as f64,
-                "{planned} after {plain}"
-            );
-        }
+        let plain = work(case.query().plain());
+        let planned = work(case.query());
+        assert!(
+            planned as f64 <= 1.35 * plain as f64,
+            "{planned} after {plain}"
+        );
     }
 }
 

@@ -95,9 +95,7 @@ fn outcomes_certificates_and_the_model() {
             Budget::time(Duration::from_micros(50)),
             ENOUGH,
         ] {
-            let query = Query::intersection(&a, &b, Pose::IDENTITY)
-                .mode(mode)
-                .queue_threshold(0.0);
+            let query = Query::intersection(&a, &b, Pose::IDENTITY).mode(mode);
             let outcome = query.run(&mut workspace, budget.clock(&clock));
             again(&outcome);
             let certificate = query.certificate(&workspace).unwrap();

@@ -44,8 +44,7 @@ fn cases<'t>(trees: &'t [Tree], random: &mut Random) -> Vec<Case<'t>> {
         let pose = pose_about(DVec3::ZERO, 1.6, Drift::Shear, random);
         let query = Query::intersection(&trees[chosen[0]], &trees[chosen[1]], pose)
             .mode(MODES[random.below(2)])
-            .order(ORDERS[random.below(ORDERS.len())])
-            .queue_threshold([0.0, 100.0, 4096.0][random.below(3)]);
+            .order(ORDERS[random.below(ORDERS.len())]);
         // A third is cut short, so that the next query finds its rest in the workspace.
         let budget = [
             ENOUGH,

@@ -50,13 +50,12 @@ impl Case {
             .order(order)
     }
 
-    /// Every mode and order, with the queue in use from the first pair on and with the default threshold.
+    /// Every mode and order.
     fn each_query(&self, mut visit: impl FnMut(&Query<Intersection>, Mode)) {
         for mode in MODES {
             for order in ORDERS {
                 let query = self.query(mode, order);
                 visit(&query, mode);
-                visit(&query.queue_threshold(0.0), mode);
             }
         }
     }
@@ -501,7 +500,7 @@ fn certificate_boxes_hold_what_a_pose_brings_back_from_afar() {
             .map(|&pair| place(case.a.mesh(), case.b.mesh(), &case.pose, pair))
             .collect();
         assert!(!case.truth.is_empty());
-        let query = case.query(Mode::All, Order::default()).queue_threshold(0.0);
+        let query = case.query(Mode::All, Order::default());
         let full = run(&query, &mut workspace, ENOUGH);
         for budget in budgets(full.stats.work, 200) {
             let outcome = run(&query, &mut workspace, Budget::work(budget));

@@ -76,8 +76,7 @@ fn answers(tree: &Tree, other: &Tree, pose: Pose) -> Vec<impl PartialEq + std::f
             for budget in [ENOUGH, punctual::Budget::work(3_000)] {
                 let query = Query::intersection(tree, other, pose)
                     .mode(mode)
-                    .order(order)
-                    .queue_threshold(0.0);
+                    .order(order);
                 let outcome = run(&query, &mut workspace, budget);
                 let open: Vec<_> = query
                     .certificate(&workspace)

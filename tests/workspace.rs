@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::check::{self, ENOUGH, run, run_to_end, sorted};
+use common::check::{self, ENOUGH, run, run_to_end};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Pose, Query, StopReason, Tree, Workspace, shapes};
 
@@ -52,23 +52,4 @@ fn a_clone_goes_on_with_the_stopped_run_of_its_original() {
             assert_eq!(workspace.pairs(), all);
         }
     }
-}
-
-/// A threshold that is no number made a query that differed from itself, and could never be resumed.
-#[test]
-fn a_threshold_that_is_no_number_counts_as_zero() {
-    let (tree, pose) = crossing();
-    let mut workspace = Workspace::new();
-    let outcomes = [f32::NAN, 0.0, -1.0].map(|threshold| {
-        let query = Query::all_pairs(&tree, &tree, pose).queue_threshold(threshold);
-        assert_eq!(
-            run(&query, &mut workspace, Budget::work(3_000)).stop,
-            StopReason::WorkLimit
-        );
-        assert!(query.certificate(&workspace).is_ok());
-        let outcome = check::resume(&query, &mut workspace, ENOUGH);
-        (outcome, sorted(workspace.pairs()))
-    });
-    assert_eq!(outcomes[0], outcomes[1]);
-    assert_eq!(outcomes[0], outcomes[2]);
 }

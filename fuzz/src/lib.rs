@@ -160,8 +160,7 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
     let orders = [Order::Penetration, Order::LowAlpha, Order::DepthFirst];
     let query = Query::intersection(a, b, pose)
         .mode(mode)
-        .order(*bytes.choose(&orders)?)
-        .queue_threshold(f32::from(bytes.arbitrary::<u8>()?));
+        .order(*bytes.choose(&orders)?);
     let work = u64::from(bytes.arbitrary::<u16>()?);
     let truth = reference::all_pairs(a.mesh(), b.mesh(), &pose);
     let mut workspace =

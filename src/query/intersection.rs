@@ -110,22 +110,20 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// For experiments: the order of visits. The default is penetration, which finds most before a
-    /// budget ends (`docs/benchmarks.md`).
+    /// For experiments: the order of visits of a query that a budget may cut. The default is
+    /// penetration, which finds most before a budget ends (`docs/benchmarks.md`).
     #[must_use]
     pub fn order(mut self, order: Order) -> Self {
         self.asked.options.order = order;
         self
     }
 
-    /// For experiments: node pairs with fewer expected BV tests than this are finished depth-first
-    /// instead of being queued. 0 (and NaN) queues every node pair, infinity none. In the default
-    /// order it has an effect only if a budget may cut the run.
+    /// For comparisons: the simplest rival of all orders. A stack, without a queue, ranks of
+    /// siblings, traced curves or remembered triangles; the order has no effect then.
     #[doc(hidden)]
     #[must_use]
-    pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
-        // The larger of NaN and 0 is 0.
-        self.asked.options.queue_threshold = Some(bv_tests.max(0.0));
+    pub fn plain(mut self) -> Self {
+        self.asked.options.is_plain = true;
         self
     }
 
@@ -185,8 +183,10 @@ impl<'t> Query<'t, Intersection> {
         let paths = (1u32 << workspace.witnesses.len()) - 1;
         if workspace.frontier.follow(Pair::new(0, 0), paths as u16) {
             // The root is on a path.
-        } else if strategy.queues() {
-            workspace.frontier.queue(Pair::new(0, 0), 0.0, 0);
+        } else if strategy.queue.is_some() {
+            workspace
+                .frontier
+                .rank_all(1, |_, _| 0.0, |_| Pair::new(0, 0));
         } else {
             // Built in place: a copy as one piece would wait until its parts are in the cache.
             workspace.frontier.push(Pair::new(0, 0));

@@ -3,7 +3,7 @@
 //!
 //! A hash table with linear probing and fixed capacity; expected constant time. Pairs are only
 //! added. The slots are small, because they are accessed at random and most are free; the entries
-//! are dense.
+//! are dense. A slot is taken if its entry names it, so clearing the entries frees all slots.
 
 use crate::room::Room;
 use alloc::boxed::Box;
@@ -12,7 +12,8 @@ use alloc::boxed::Box;
 pub(super) const ROOM: usize = 1 << 12;
 const SLOTS: usize = 2 * ROOM;
 
-const FREE: u16 = u16::MAX;
+/// No index of an entry.
+const FREE: usize = ROOM;
 
 /// A pair of leaves and the mask of their known triangle pairs: bit `8 i + j` for triangle `i` of
 /// A's leaf and `j` of B's.
@@ -20,11 +21,12 @@ const FREE: u16 = u16::MAX;
 struct Entry {
     first: [u32; 2],
     known: u64,
+    slot: u16,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Known {
-    /// Index of the entry, or [`FREE`].
+    /// Index of the entry, if that names the slot; anything else if the slot is free.
     slots: Box<[u16; SLOTS]>,
     /// Never more than it was made for.
     entries: Room<Entry>,
@@ -42,7 +44,7 @@ pub(super) enum Added {
 impl Known {
     pub fn new(capacity: usize) -> Self {
         Self {
-            slots: Box::new([FREE; SLOTS]),
+            slots: Box::new([0; SLOTS]),
             entries: Room::new(capacity.min(ROOM)),
         }
     }
@@ -53,14 +55,9 @@ impl Known {
         self.entries.is_empty()
     }
 
-    /// Removes all pairs, in time linear in their number.
+    /// Removes all pairs, in constant time.
     pub fn clear(&mut self) {
-        // From the last on, so that no slot is freed while another's probe sequence passes it.
-        while let Some(entry) = self.entries.last() {
-            let (slot, _) = self.find(entry.first);
-            self.slots[slot] = FREE;
-            self.entries.pop();
-        }
+        self.entries.clear();
     }
 
     /// Adds a pair of the leaves whose first triangles are `first`.
@@ -81,7 +78,8 @@ impl Known {
             return Added::NoRoom;
         }
         self.slots[slot] = self.entries.len() as u16;
-        self.entries.push(Entry { first, known: bit });
+        let (known, slot) = (bit, slot as u16);
+        self.entries.push(Entry { first, known, slot });
         Added::New
     }
 
@@ -107,8 +105,10 @@ impl Known {
         loop {
             let at = usize::from(self.slots[slot]);
             match self.entries.get(at) {
+                Some(entry) if usize::from(entry.slot) != slot => return (slot, FREE),
                 Some(entry) if entry.first != first => slot = (slot + 1) % SLOTS,
-                _ => return (slot, at),
+                Some(_) => return (slot, at),
+                None => return (slot, FREE),
             }
         }
     }

@@ -190,6 +190,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         if self.strategy.trace.goes_on() && workspace.run.stats.found == 0 {
             self.strategy = self.strategy.after_first_hit();
             workspace.run.strategy = self.strategy;
+            workspace.frontier.end_ranking();
         }
         if self.strategy.trace.goes_on()
             && !workspace.trace.note([self.a, self.b], pair, crossings())

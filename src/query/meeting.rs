@@ -6,6 +6,7 @@
 
 use super::expand::{Keys, Sink, expand};
 use super::options::{Mode, Options};
+use super::order::Order;
 use super::outcome::{Stats, StopReason};
 use super::overlap::Overlap;
 use super::queue::{Origin, Pair};
@@ -14,7 +15,7 @@ use super::traversal::{Traversal, Visitor};
 use super::triangle_pairs::push_all;
 use super::workspace::Workspace;
 use crate::model::cost::WORK_PER_LOOKUP;
-use crate::tree::WIDTH;
+use crate::tree::{Node, Tree, WIDTH};
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 
@@ -32,6 +33,9 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
         let (trees, relative) = ([self.a, self.b], self.relative);
+        if self.origin != Origin::Stack {
+            self.share = Order::share(nodes(trees, pair), relative);
+        }
         expand(
             lanes,
             pair,
@@ -74,27 +78,51 @@ impl Traversal<'_, '_, Meeting<'_>> {
         is_enough.then_some(StopReason::FirstHit)
     }
 
+    /// Puts the children of a pair on a path on the paths, if they contain witnesses. Returns the
+    /// others.
+    #[cold]
     #[inline(never)]
-    fn queue_all(&mut self, hits: u64, depth: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
-        let mut ahead = 0;
-        if self.origin == Origin::Path {
-            ahead = self.workspace.frontier.path_witnesses();
-        } else if !self.strategy.queues() {
-            return self.workspace.frontier.push_all(hits, child);
-        }
-        for bit in bits(hits) {
+    fn follow_paths(&mut self, hits: u64, child: impl Fn(u32) -> Pair) -> u64 {
+        let mut ahead = self.workspace.frontier.path_witnesses();
+        bits(hits).fold(hits, |rest, bit| {
             let pair = child(bit as u32);
-            if ahead != 0 {
-                let below = self.witnesses_below(pair, ahead);
-                ahead &= !below;
-                if self.workspace.frontier.follow(pair, below) {
-                    continue;
-                }
-            }
-            self.queue(pair, depth(bit));
+            let below = self.witnesses_below(pair, ahead);
+            ahead &= !below;
+            let follows = self.workspace.frontier.follow(pair, below);
+            rest & !(u64::from(follows) << bit)
+        })
+    }
+
+    /// Puts the children of a pair of the queue or of a path where they belong.
+    #[inline(always)]
+    fn queue_all(
+        &mut self,
+        mut hits: u64,
+        depth: impl Fn(usize) -> f32,
+        child: impl Fn(u32) -> Pair,
+    ) {
+        let is_path = self.origin == Origin::Path;
+        if is_path {
+            hits = self.follow_paths(hits, &child);
         }
-        if self.origin == Origin::Path {
+        if let Some(order) = self.strategy.queue {
+            let (trees, share) = ([self.a, self.b], self.share);
+            let key = |bit, pair| Self::key(order, trees, pair, depth(bit) * share);
+            self.workspace.frontier.rank_all(hits, key, child);
+        } else {
+            self.workspace.frontier.push_all(hits, child);
+        }
+        if is_path {
             self.workspace.frontier.set_aside();
+        }
+    }
+
+    /// The key of a pair, not negative; the largest is visited first.
+    #[inline(always)]
+    fn key(order: Order, trees: [&Tree; 2], pair: Pair, depth: f32) -> f32 {
+        match order {
+            Order::LowAlpha => Order::low_alpha(nodes(trees, pair)),
+            _ => depth,
         }
     }
 
@@ -118,7 +146,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Pushes pairs so that the deepest is on top and the second below it.
+    /// Pushes pairs so that the one with the largest key is on top and the second below it.
     #[inline(never)]
     fn push_ranked(
         &mut self,
@@ -126,11 +154,13 @@ impl Traversal<'_, '_, Meeting<'_>> {
         depth: impl Fn(usize) -> f32,
         child: impl Fn(u32) -> Pair,
     ) {
-        // The depth, with the index of the pair in its last bits. A select, not a branch, because
+        // The key, with the index of the pair in its last bits. A select, not a branch, because
         // the comparison is unpredictable.
         let (mut first, mut second) = (0, 0);
+        let (order, trees) = (self.strategy.queue.unwrap_or_default(), [self.a, self.b]);
         for bit in bits(hits) {
-            let key = depth(bit).to_bits() & !63 | bit as u32;
+            let key = Self::key(order, trees, child(bit as u32), depth(bit));
+            let key = key.to_bits() & !63 | bit as u32;
             second = second.max(first.min(key));
             first = first.max(key);
         }
@@ -146,32 +176,20 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
     /// The witnesses of the previous frame, out of `among`, that lie below a pair.
     #[inline(always)]
-    fn witnesses_below(&self, Pair { nodes: [a, b], .. }: Pair, among: u16) -> u16 {
+    fn witnesses_below(&self, pair: Pair, among: u16) -> u16 {
+        let [a, b] = nodes([self.a, self.b], pair);
         bits(among).fold(0, |below, i| {
             let [x, y] = self.workspace.witnesses[i].map(|triangle| triangle as usize);
-            let (a, b) = (&self.a.nodes()[a as usize], &self.b.nodes()[b as usize]);
             let leads = a.triangle_range().contains(&x) && b.triangle_range().contains(&y);
             below | u16::from(leads) << i
         })
     }
+}
 
-    /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost
-    /// is below the threshold.
-    fn queue(&mut self, pair: Pair, depth: f32) {
-        let (a, b) = (
-            &self.a.nodes()[pair.nodes[0] as usize],
-            &self.b.nodes()[pair.nodes[1] as usize],
-        );
-        let threshold = self.strategy.queue_threshold;
-        if a.self_cost * b.self_cost >= threshold * threshold {
-            let alpha = || a.alpha().element_product() * b.alpha().element_product();
-            let depth = depth / (a.size + b.size * self.relative.scale);
-            let bucket = self.question.options.order.bucket(depth, alpha);
-            self.workspace.frontier.queue(pair, 0.0, bucket);
-        } else {
-            self.workspace.frontier.push(pair);
-        }
-    }
+#[inline(always)]
+fn nodes([a, b]: [&Tree; 2], pair: Pair) -> [&Node; 2] {
+    let [i, j] = pair.nodes.map(|node| node as usize);
+    [&a.nodes()[i], &b.nodes()[j]]
 }
 
 impl Sink for Traversal<'_, '_, Meeting<'_>> {

@@ -25,7 +25,8 @@ pub struct Options {
     pub mode: Mode,
     pub order: Order,
     pub pair_limit: usize,
-    pub queue_threshold: Option<f32>,
+    /// True for the simplest rival: a stack, nothing ranked, traced or remembered.
+    pub is_plain: bool,
 }
 
 impl Options {
@@ -33,7 +34,7 @@ impl Options {
         mode: Mode::Any,
         order: Order::Penetration,
         pair_limit: usize::MAX,
-        queue_threshold: None,
+        is_plain: false,
     };
 }
 

@@ -1,22 +1,25 @@
 //! Orders of visits.
 
-use super::queue::BUCKETS;
+use super::relative_pose::RelativePose;
+use crate::tree::Node;
 use punctual_geom::named;
 
-/// Decides which node pair of the frontier is visited next. All orders give the same finished
-/// answer; they differ in what is known when a budget ends.
+/// Decides which node pair of the frontier is visited next, if a budget may cut the query. All
+/// orders give the same finished answer, and differ by the key of the queue alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Order {
-    /// Deepest penetration of the boxes first: the least over the six face axes, relative to the
-    /// sizes of the nodes. The default: it costs almost nothing, and finds intersections earliest
-    /// in time (`docs/benchmarks.md`).
+    /// Deepest penetration of the boxes first, relative to their sizes and to the levels left below
+    /// them: `depth / ((size_a + size_b) (levels_a + levels_b))`. The depth is the least over the
+    /// six face axes, `size` the root of a box's surface area, and `levels` log2 of its triangles,
+    /// both of the pair that was opened. The default: it finds intersections earliest
+    /// (`docs/benchmarks.md`).
     #[default]
     Penetration,
     /// Lowest product of the two diminishing factors `alpha` first, as the paper proposes.
     LowAlpha,
-    /// Depth-first, without a queue: least overhead.
+    /// The pair found last first: a stack in place of the queue.
     DepthFirst,
 }
 
@@ -26,19 +29,18 @@ named!(Order {
     DepthFirst => "depth-first",
 });
 
-/// The depth of an overlap is at most about a sixth of the sum of the sizes, so the relative depth
-/// times this is within 0..=1.
-const DEPTHS: f32 = 6.0;
-
 impl Order {
-    /// The bucket of a pair. `depth` is the overlap depth of its boxes over the sum of their sizes,
-    /// `alpha` the product of the two diminishing factors.
-    pub(super) fn bucket(self, depth: f32, alpha: impl FnOnce() -> f32) -> usize {
-        let share = match self {
-            Self::DepthFirst => return 0,
-            Self::Penetration => 1.0 - DEPTHS * depth,
-            Self::LowAlpha => alpha(),
-        };
-        ((share * BUCKETS as f32) as usize).min(BUCKETS - 1)
+    /// The factor of the depths of a pair's children in their keys.
+    #[inline(always)]
+    pub(super) fn share([a, b]: [&Node; 2], relative: &RelativePose) -> f32 {
+        let size = a.size + b.size * relative.scale;
+        1.0 / (size * (a.levels + b.levels)).max(f32::MIN_POSITIVE)
+    }
+
+    /// The key of two nodes by their alphas, not negative: the largest is visited first.
+    #[inline(always)]
+    pub(super) fn low_alpha([a, b]: [&Node; 2]) -> f32 {
+        // Not the negative of the sum, which may be -0.
+        0.0 - (a.log_alpha + b.log_alpha)
     }
 }

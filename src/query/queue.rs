@@ -2,9 +2,12 @@
 //! depth-first before it, and, before both, the few pairs on the warm-start paths to the witnesses
 //! of the previous frame.
 //!
-//! The queue is a set of linked lists in one arena of fixed capacity, with a mask of the lists that
-//! are not empty: constant time, and a total order (bucket, then last in first out) that depends
-//! only on the input.
+//! The queue has two parts, and in both the order depends only on the input.
+//!
+//! - [`Ranked`]: 64 pairs with their keys, the largest first. It decides the first openings of a run
+//!   that a budget may cut, where the order matters most, and its pushes are cheap.
+//! - Linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
+//!   time, by bucket, then last in first out, for distances and motions.
 
 use crate::tree::{MAX_HEIGHT, Node, WIDTH};
 use alloc::boxed::Box;
@@ -44,7 +47,116 @@ pub(super) const PATHS: usize = 16;
 /// Number of buckets; bucket 0 is visited first.
 pub(super) const BUCKETS: usize = 128;
 
+/// Number of pairs popped by rank. What is ranked then goes on the stack, the best on top: later the
+/// order of openings matters less, and ranking costs time.
+const RANKED_POPS: u32 = 24;
+
+/// Maximum number of ranked pairs: the slot of a pair is in the low six bits of its key.
+const RANKS: usize = 64;
+
 const NONE: u32 = u32::MAX;
+
+/// Pairs and their keys in no order. The largest key is always known: a pop finds the next one while
+/// its pair is opened, so that nothing waits for a scan over keys that were stored just before.
+#[derive(Clone, Debug)]
+#[repr(align(32))]
+struct Ranked {
+    /// The bits of each key, with the slot in the last six; 0 beyond `len`.
+    keys: [u32; RANKS],
+    pairs: [Pair; RANKS],
+    len: usize,
+    largest: u32,
+}
+
+impl Ranked {
+    const EMPTY: Self = Self {
+        keys: [0; RANKS],
+        pairs: [Pair::new(0, 0); RANKS],
+        len: 0,
+        largest: 0,
+    };
+
+    /// Puts a pair at a slot. Returns its key with the slot.
+    #[inline(always)]
+    fn put(&mut self, at: usize, key: u32, pair: Pair) -> u32 {
+        let key = key & !(RANKS as u32 - 1) | at as u32;
+        self.keys[at % RANKS] = key;
+        self.pairs[at % RANKS] = pair;
+        key
+    }
+
+    /// Adds the pair of each bit of `mask` with its key. Returns the bits that found no room.
+    #[inline(always)]
+    fn push_all(
+        &mut self,
+        mut mask: u64,
+        key: impl Fn(usize, Pair) -> f32,
+        pair: impl Fn(u32) -> Pair,
+    ) -> u64 {
+        let (mut len, mut largest) = (self.len, self.largest);
+        while mask != 0 && len < RANKS {
+            let bit = mask.trailing_zeros();
+            mask &= mask - 1;
+            let pair = pair(bit);
+            let key = key(bit as usize, pair).to_bits();
+            largest = self.put(len, key, pair).max(largest);
+            len += 1;
+        }
+        (self.len, self.largest) = (len, largest);
+        mask
+    }
+
+    /// Removes the pair with the largest key.
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Pair> {
+        if self.len == 0 {
+            return None;
+        }
+        let at = self.largest as usize % RANKS;
+        let mut next = [0; 8];
+        for eight in self
+            .keys
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .take(self.len.div_ceil(8))
+        {
+            for (next, &key) in next.iter_mut().zip(eight) {
+                *next = (*next).max(if key < self.largest { key } else { 0 });
+            }
+        }
+        let next = next.into_iter().fold(0, u32::max);
+        // Part by part, as in `pop_stack`.
+        let parts = |Pair {
+                         nodes: [a, b],
+                         active: [of_a, of_b],
+                     }| Pair {
+            nodes: [a, b],
+            active: [of_a, of_b],
+        };
+        let pair = parts(self.pairs[at]);
+        self.len -= 1;
+        let last = self.len % RANKS;
+        let is_last = next as usize % RANKS == last;
+        let moved = self.put(at, self.keys[last], parts(self.pairs[last]));
+        self.keys[last] = 0;
+        self.largest = if is_last { moved } else { next };
+        Some(pair)
+    }
+
+    /// The pairs, those with small keys first.
+    fn ascending(&self) -> impl DoubleEndedIterator<Item = Pair> + use<> {
+        let mut keys: ArrayVec<u32, RANKS> = self.keys[..self.len].iter().copied().collect();
+        keys.sort_unstable();
+        let pairs = self.pairs;
+        keys.into_iter().map(move |key| pairs[key as usize % RANKS])
+    }
+
+    fn clear(&mut self) {
+        self.keys[..self.len].fill(0);
+        (self.len, self.largest) = (0, 0);
+    }
+}
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -68,6 +180,9 @@ pub(super) struct Frontier {
     /// Entries below this height were set aside while paths were followed; they are popped after
     /// the last path.
     base: usize,
+    ranked: Ranked,
+    /// Number of pairs still to be popped by rank.
+    ranked_pops: u32,
     arena: Box<[Entry]>,
     /// First entry of each bucket, or [`NONE`].
     lists: [u32; BUCKETS],
@@ -91,6 +206,8 @@ impl Frontier {
             stack: Box::new([Pair::new(0, 0); STACK]),
             height: 0,
             base: 0,
+            ranked: Ranked::EMPTY,
+            ranked_pops: RANKED_POPS,
             arena: alloc::vec![Entry { pair: Pair::new(0, 0), key: 0.0, next: NONE }; capacity]
                 .into(),
             lists: [NONE; BUCKETS],
@@ -105,11 +222,12 @@ impl Frontier {
 
     pub fn clear(&mut self) {
         self.drop_all();
-        (self.peak, self.jumps) = (0, 0);
+        (self.peak, self.jumps, self.ranked_pops) = (0, 0, RANKED_POPS);
     }
 
     pub fn drop_all(&mut self) {
         self.paths.clear();
+        self.ranked.clear();
         self.clear_queue();
         (self.height, self.base) = (0, 0);
     }
@@ -228,6 +346,24 @@ impl Frontier {
         self.popped_key
     }
 
+    /// Ranks the pair of each bit of `mask` by its key, which is not negative; the largest is popped
+    /// first. Pairs that find no room go on the stack.
+    #[inline(always)]
+    pub fn rank_all(
+        &mut self,
+        mask: u64,
+        key: impl Fn(usize, Pair) -> f32,
+        pair: impl Fn(u32) -> Pair,
+    ) {
+        let rest = self.ranked.push_all(mask, key, &pair);
+        self.push_all(rest, pair);
+    }
+
+    /// The pairs ranked so far go on the stack, the best on top, before the next one is popped.
+    pub fn end_ranking(&mut self) {
+        self.ranked_pops = 0;
+    }
+
     /// Queues a pair as the first of `bucket`. A pair that finds no room is pushed on the stack.
     pub fn queue(&mut self, pair: Pair, key: f32, bucket: usize) {
         let slot = if self.free != NONE {
@@ -253,11 +389,17 @@ impl Frontier {
 
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
-        let origin = if self.height == self.base {
-            self.refill()?
-        } else {
-            Origin::Stack
-        };
+        if self.height > self.base {
+            return Some((self.pop_stack()?, Origin::Stack));
+        }
+        if self.ranked_pops > 0 && self.paths.is_empty() && self.base == 0 {
+            self.note_peak();
+            if let Some(pair) = self.ranked.pop() {
+                self.ranked_pops -= 1;
+                return Some((pair, Origin::Queue));
+            }
+        }
+        let origin = self.refill()?;
         Some((self.pop_stack()?, origin))
     }
 
@@ -294,6 +436,14 @@ impl Frontier {
             self.base = 0;
             return Some(Origin::Stack);
         }
+        if self.ranked.len > 0 {
+            self.note_peak();
+            self.ranked.ascending().for_each(|pair| {
+                self.push(pair);
+            });
+            self.ranked.clear();
+            return Some(Origin::Stack);
+        }
         let pair = self.pop_queue()?;
         self.push(pair);
         Some(Origin::Queue)
@@ -310,7 +460,7 @@ impl Frontier {
             self.occupied[bucket / 64] &= !(1 << (bucket % 64));
         }
         self.arena[slot as usize].next = core::mem::replace(&mut self.free, slot);
-        self.peak = self.peak.max(self.queued);
+        self.note_peak();
         self.queued -= 1;
         Some(pair)
     }
@@ -344,7 +494,7 @@ impl Frontier {
     /// Number of pairs.
     #[inline(always)]
     pub fn len(&self) -> usize {
-        self.paths.len() + self.height + self.queued as usize
+        self.paths.len() + self.height + self.ranked.len + self.queued as usize
     }
 
     #[inline(always)]
@@ -354,11 +504,16 @@ impl Frontier {
 
     /// Maximum number of pairs in the queue at one time.
     pub fn peak(&self) -> u32 {
-        self.peak.max(self.queued)
+        self.peak.max(self.queued + self.ranked.len as u32)
+    }
+
+    #[inline(always)]
+    fn note_peak(&mut self) {
+        self.peak = self.peak();
     }
 
     pub fn clear_queue(&mut self) {
-        self.peak = self.peak();
+        self.note_peak();
         while let Some(bucket) = self.first_bucket() {
             self.lists[bucket] = NONE;
             self.occupied[bucket / 64] &= !(1 << (bucket % 64));
@@ -366,15 +521,19 @@ impl Frontier {
         (self.free, self.touched, self.queued) = (NONE, 0, 0);
     }
 
-    /// All pairs: those on paths, those of the stack from its top, then the queued ones in the order
-    /// in which they would be popped.
+    /// All pairs: those on paths, those of the stack from its top, then the ranked and the queued
+    /// ones in the order in which they would be popped.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let paths = self.paths.iter().map(|(pair, _)| *pair);
         let stack = self.stack[..self.height].iter().rev().copied();
         let entry = |slot: u32| (slot != NONE).then(|| &self.arena[slot as usize]);
         let list = move |first: u32| successors(entry(first), move |last| entry(last.next));
         let queued = self.lists.iter().flat_map(move |&first| list(first));
-        paths.chain(stack).chain(queued.map(|entry| entry.pair))
+        let ranked = self.ranked.ascending().rev();
+        paths
+            .chain(stack)
+            .chain(ranked)
+            .chain(queued.map(|entry| entry.pair))
     }
 }
 

@@ -20,11 +20,6 @@ pub(crate) enum Plan {
     FindOne,
 }
 
-/// Node pairs with fewer expected BV tests are not queued: in [`Plan::FindMuch`] until the first
-/// hit, and in orders other than the default.
-const QUEUE_THRESHOLD: f32 = 48.0;
-const ORDER_THRESHOLD: f32 = 128.0;
-
 /// Curves are traced until the traversal has done this much work for each node pair on the
 /// frontier: about a fourth of all work, because a pair takes about 800 units.
 const WORK_PER_PAIR: u64 = 200;
@@ -56,66 +51,47 @@ impl Plan {
     /// The choices of the plan.
     #[inline(always)]
     pub fn strategy(self, options: &Options) -> Strategy {
-        if options.order != Order::default() {
-            return self.in_order(options);
+        if options.is_plain {
+            return Strategy::NONE;
         }
-        let threshold = |default| options.queue_threshold.unwrap_or(default);
+        // A key ranks; a stack does not.
+        let (queue, deepest_first) = match options.order {
+            Order::DepthFirst => (None, false),
+            order => (Some(order), true),
+        };
         match (self, options.mode) {
             (Self::FinishSoon, Mode::All) => Strategy {
                 batch: PATIENCE,
                 ..Strategy::NONE
             },
-            // A stack with the deepest of siblings on top finds the first hit sooner than the
-            // queue.
             (Self::FinishSoon, Mode::Any) => Strategy {
-                deepest_first: true,
+                deepest_first,
                 warm_start: WarmStart::Witnesses,
                 ..Strategy::NONE
             },
             (Self::FindMuch, _) => Strategy {
-                queue_threshold: threshold(QUEUE_THRESHOLD),
-                deepest_first: true,
+                queue,
+                deepest_first,
                 batch: BATCH_BEFORE_HIT,
                 trace: Tracing::Within(WORK_PER_PAIR),
                 warm_start: WarmStart::Paths,
             },
             (Self::FindOne, _) => Strategy {
-                queue_threshold: threshold(f32::INFINITY),
-                deepest_first: true,
+                queue,
+                deepest_first,
                 batch: BATCH_BEFORE_HIT,
                 warm_start: WarmStart::Witnesses,
                 ..Strategy::NONE
             },
         }
     }
-
-    /// For experiments: the order set by the caller decides, whatever the budget.
-    #[cold]
-    fn in_order(self, options: &Options) -> Strategy {
-        let queue_threshold = match options.order {
-            Order::DepthFirst => f32::INFINITY,
-            _ => options.queue_threshold.unwrap_or(ORDER_THRESHOLD),
-        };
-        let (warm_start, batch) = match (options.mode, self) {
-            (Mode::Any, _) => (WarmStart::Witnesses, WIDTH),
-            (Mode::All, Self::FinishSoon) => (WarmStart::None, PATIENCE),
-            (Mode::All, _) => (WarmStart::None, WIDTH),
-        };
-        Strategy {
-            queue_threshold,
-            batch,
-            warm_start,
-            ..Strategy::NONE
-        }
-    }
 }
 
 /// The choices of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Strategy {
-    /// Node pairs with fewer expected BV tests than this are finished depth-first instead of being
-    /// queued. Infinity means no queue.
-    pub queue_threshold: f32,
+    /// The order of the queue. `None`: all node pairs go on the stack.
+    pub queue: Option<Order>,
     /// True if the deepest of siblings goes on top of the stack.
     pub deepest_first: bool,
     /// Triangle pairs that wait before they are tested.
@@ -156,7 +132,7 @@ pub(crate) enum WarmStart {
 
 impl Strategy {
     pub const NONE: Self = Self {
-        queue_threshold: f32::INFINITY,
+        queue: None,
         deepest_first: false,
         batch: WIDTH,
         trace: Tracing::Never,
@@ -167,7 +143,7 @@ impl Strategy {
     /// visits matters less, because the curve found is traced, and choosing costs time.
     pub fn after_first_hit(self) -> Self {
         Self {
-            queue_threshold: f32::INFINITY,
+            queue: None,
             deepest_first: false,
             batch: WIDTH,
             ..self
@@ -180,9 +156,5 @@ impl Strategy {
     #[inline(always)]
     pub fn ranks(&self) -> bool {
         self.deepest_first && self.batch < WIDTH
-    }
-
-    pub fn queues(&self) -> bool {
-        self.queue_threshold < f32::INFINITY
     }
 }

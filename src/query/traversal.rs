@@ -50,6 +50,8 @@ pub(super) struct Traversal<'q, 'c, Q> {
     pub deadline: &'q mut Deadline<'c>,
     /// Where the current pair comes from.
     pub origin: Origin,
+    /// The factor of the depths of its children in their keys, if it is from the queue.
+    pub share: f32,
 }
 
 /// The operations that a question supplies to the loop.
@@ -101,6 +103,7 @@ where
         workspace,
         deadline,
         origin: Origin::Stack,
+        share: 0.0,
     };
     let stop = traversal.workspace.instructions.run(&mut traversal);
     let Traversal {

@@ -261,7 +261,7 @@ impl Tree {
         let mut alpha_per_level = alloc::vec![Vec3::ZERO; depth];
         for node in &self.nodes {
             nodes_per_level[usize::from(node.depth)] += 1;
-            alpha_per_level[usize::from(node.depth)] += node.alpha();
+            alpha_per_level[usize::from(node.depth)] += self.alpha(node);
         }
         for (sum, &count) in alpha_per_level.iter_mut().zip(&nodes_per_level) {
             *sum /= count as f32;
@@ -283,6 +283,12 @@ impl Tree {
             bytes_extremes: self.extremes.bytes(),
             bytes_solid: self.solid.as_ref().map_or(0, Solidity::bytes),
         }
+    }
+
+    /// The diminishing factors of a node, axis by axis.
+    fn alpha(&self, node: &Node) -> Vec3 {
+        let (_, triangles) = self.profiles.of(node);
+        alpha::alpha(triangles.half_extent, node.extent(), node.triangles)
     }
 
     /// Checks that every triangle is in one leaf and inside every box above it, and that every
@@ -415,7 +421,14 @@ impl<'t> Subtree<'t> {
     /// Diminishing factor per axis of the box, end to end: the factor by which boxes shrink per
     /// binary level, `(mean triangle extent / own extent)^(1 / log2(triangles))`. Within 0..=1.
     pub fn alpha(&self) -> Vec3 {
-        self.node().alpha()
+        self.tree.alpha(self.node())
+    }
+
+    /// The product of the three factors of [`Subtree::alpha`], within 0..=1: the factor by which
+    /// volumes of boxes shrink per binary level. Each node stores its logarithm, measured by the
+    /// last build or refit, within `2e-4` divided by the levels.
+    pub fn alpha_product(&self) -> f32 {
+        libm::exp2f(self.node().log_alpha)
     }
 
     /// Expected BV tests of this subtree against a copy of itself, averaged over all overlapping

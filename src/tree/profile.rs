@@ -4,6 +4,7 @@
 //! axes `Q` counts as `|Q| e`. Levels are merged bottom-up from those of the children, one child
 //! per lane, in `O(nodes * height)`.
 
+use super::alpha::log_alpha;
 use super::wide::Node;
 use alloc::boxed::Box;
 use core::ops::Range;
@@ -42,7 +43,8 @@ impl LevelProfile {
     }
 }
 
-/// The profiles of all subtrees: node `i` has levels `nodes[i].profile..`.
+/// The profiles of all subtrees: node `i` has levels `nodes[i].profile..`, as many as its height,
+/// and one more for its triangles.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Profiles {
     pub levels: Box<[LevelProfile]>,
@@ -64,7 +66,8 @@ impl Profiles {
             let below = &later[below.start.saturating_sub(index + 1)..][..below.len()];
             node.height = 1 + below.iter().map(|child| child.height).max().unwrap_or(0);
             node.profile = levels as u32;
-            levels += usize::from(node.height);
+            node.levels = libm::log2f(node.triangles as f32);
+            levels += usize::from(node.height) + 1;
         }
         Self {
             levels: alloc::vec![LevelProfile::default(); levels].into(),
@@ -77,7 +80,15 @@ impl Profiles {
         let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
             return 0..0;
         };
-        last.profile as usize..first.profile as usize + usize::from(first.height)
+        last.profile as usize..first.profile as usize + usize::from(first.height) + 1
+    }
+
+    /// The levels of boxes below a node, and then all its triangles as one level, whatever their
+    /// depth.
+    pub fn of(&self, node: &Node) -> (&[LevelProfile], &LevelProfile) {
+        let levels = &self.levels[node.profile as usize..];
+        let (levels, triangles) = levels.split_at(node.height.into());
+        (levels, &triangles[0])
     }
 }
 
@@ -93,8 +104,9 @@ impl Levels<'_> {
     #[inline(always)]
     pub fn measure_leaf<L: Lanes>(&mut self, node: &mut Node, half: &V8<L>) -> f32 {
         let (level, area) = LevelProfile::of_children(node, half);
-        self.levels[node.profile as usize - self.first] = level;
-        node.leaf = level.half_extent.into();
+        let at = node.profile as usize - self.first;
+        self.levels[at..at + 2].fill(level);
+        node.log_alpha = log_alpha(level.half_extent, node.extent(), node.levels);
         node.self_cost = level.nodes * level.nodes;
         area
     }
@@ -111,15 +123,18 @@ impl Levels<'_> {
     ) -> f32 {
         // The levels of the nodes below precede those of this node.
         let (below, levels) = self.levels.split_at_mut(node.profile as usize - self.first);
-        let levels = &mut levels[..usize::from(node.height)];
+        let (levels, triangles) = levels.split_at_mut(node.height.into());
         let half = per_axis!(k => F8::read(lanes, &node.half[k]));
         let (first, area) = LevelProfile::of_children(node, &half);
         levels[0] = first;
         let siblings = Siblings::of(lanes, node, children);
         for (depth, level) in levels[1..].iter_mut().enumerate() {
-            *level = siblings.level(lanes, depth, below, self.first);
+            let of = |child: &Node| (depth < child.height.into()).then_some(depth);
+            *level = siblings.level(lanes, of, below, self.first);
         }
-        node.leaf = siblings.leaf(lanes);
+        let of = |child: &Node| Some(child.height.into());
+        triangles[0] = siblings.level(lanes, of, below, self.first);
+        node.log_alpha = log_alpha(triangles[0].half_extent, own_half.into(), node.levels);
         node.self_cost = self_cost(own_half, levels);
         area
     }
@@ -152,39 +167,27 @@ impl<'n, L: Lanes> Siblings<'n, L> {
         Self { children, absolute }
     }
 
-    /// Merges level `depth` of the profiles of all children. `all` contains their levels, from
-    /// number `first` on.
+    /// Merges one level of the profile of each child: level `of(child)`, if it has one. `all`
+    /// contains their levels, from number `first` on.
     #[inline(always)]
-    fn level(&self, lanes: L, depth: usize, all: &[LevelProfile], first: usize) -> LevelProfile {
-        let rows = per_lane!(i => match self.children.get(i) {
-            Some(child) if depth < usize::from(child.height) => {
-                let LevelProfile { nodes, half_extent: h } = all[child.profile as usize + depth - first];
+    fn level(
+        &self,
+        lanes: L,
+        of: impl Fn(&Node) -> Option<usize>,
+        all: &[LevelProfile],
+        first: usize,
+    ) -> LevelProfile {
+        let rows = per_lane!(i => match self.children.get(i).and_then(|child| Some((child, of(child)?))) {
+            Some((child, level)) => {
+                let LevelProfile { nodes, half_extent: h } = all[child.profile as usize + level - first];
                 [h.x, h.y, h.z, nodes]
             }
             _ => [0.0; 4],
         });
-        let [x, y, z, n] = self.sums(lanes, &rows);
-        LevelProfile::of_sums(n, [x, y, z])
-    }
-
-    /// Sums over all children: of their half extents along the axes of the node, times their
-    /// fourth entries, and of the latter.
-    #[inline(always)]
-    fn sums(&self, lanes: L, rows: &[[f32; 4]; 8]) -> [f32; 4] {
         let [x, y, z, n] = F8::columns(lanes, per_lane!(i => &rows[i]));
         let [x, y, z] = per_axis!(k => dot(self.absolute[k], [x, y, z]) * n);
-        sums([x, y, z, n])
-    }
-
-    /// Mean half extents of the boxes of all triangles.
-    #[inline(always)]
-    fn leaf(&self, lanes: L) -> [f32; 3] {
-        let rows = per_lane!(i => match self.children.get(i) {
-            Some(Node { leaf: [x, y, z], triangles, .. }) => [*x, *y, *z, *triangles as f32],
-            None => [0.0; 4],
-        });
-        let [x, y, z, n] = self.sums(lanes, &rows);
-        [x / n, y / n, z / n]
+        let [x, y, z, n] = sums([x, y, z, n]);
+        LevelProfile::of_sums(n, [x, y, z])
     }
 }
 

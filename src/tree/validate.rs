@@ -1,5 +1,6 @@
 //! Checks the invariants of a tree, one by one.
 
+use super::alpha::log_alpha;
 use super::binary::{CLUSTER, most_depth};
 use super::profile::LevelProfile;
 use super::wide::{WIDTH, lane};
@@ -170,14 +171,15 @@ fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
 
 fn profile(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     let subtree = super::Subtree { tree, index };
-    let first = subtree.node().profile as usize;
-    let levels = &tree.profiles.levels[first..first + subtree.height()];
+    let node = subtree.node();
+    let (levels, triangles) = tree.profiles.of(node);
     let sane =
         |level: &LevelProfile| level.nodes >= 1.0 && level.half_extent.cmpge(Vec3::ZERO).all();
     let alpha = subtree.alpha();
     let in_range = alpha.cmpge(Vec3::ZERO).all() && alpha.cmple(Vec3::ONE).all();
-    let counted = levels[0].nodes == f32::from(subtree.node().children);
-    if in_range && counted && levels.iter().all(sane) {
+    let stored = log_alpha(triangles.half_extent, node.extent(), node.levels) == node.log_alpha;
+    let counted = levels[0].nodes == f32::from(node.children);
+    if in_range && stored && counted && levels.iter().all(sane) {
         Ok(())
     } else {
         Err(TreeFault::Profile(index))

@@ -1,6 +1,5 @@
 //! A node of the wide tree: up to eight children and an orientation.
 
-use super::alpha::alpha;
 use super::orientation::Orientation;
 use core::ops::Range;
 use glam::{Mat3, Mat3A, Vec3};
@@ -49,8 +48,11 @@ pub(crate) struct Node {
     pub profile: u32,
     /// Expected BV tests of this subtree against a copy of itself ([`super::profile`]).
     pub self_cost: f32,
-    /// Mean half extent of the triangles' boxes.
-    pub leaf: [f32; 3],
+    /// log2 of the product of the three diminishing factors `alpha` ([`super::alpha`]): from one
+    /// binary level to the next, volumes shrink by this power of two. 0 if nothing shrinks.
+    pub log_alpha: f32,
+    /// Number of binary levels below this node: log2 of its triangles.
+    pub levels: f32,
     /// Middle extent of the own box divided by the longest; 1 for a point.
     pub slimness: f32,
 }
@@ -84,11 +86,6 @@ impl Node {
     /// Half extents of the own box.
     pub fn extent(&self) -> Vec3 {
         xyz(self.own_half).into()
-    }
-
-    /// Diminishing factor per axis, end to end.
-    pub fn alpha(&self) -> Vec3 {
-        alpha(self.leaf.into(), self.extent(), self.triangles)
     }
 
     /// The triangles of the subtree, in tree order.
