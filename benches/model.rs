@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use punctual::clock::SystemClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::intersection::{Intersection, Order};
+use punctual::intersection::Intersection;
 use punctual::{Budget, PairMemory, Pose, Query, Tree, Workspace, shapes};
 
 const REPETITIONS: usize = 200;
@@ -66,7 +66,7 @@ fn measure(query: &Query<Intersection>) -> Option<[f64; 6]> {
     let _ = query.run(&mut half, Budget::work(stats.work / 2));
     let mut least = [f64::INFINITY; 5];
     // The same search and the same looks at the clock, without model and memory.
-    let plain = query.order(Order::DepthFirst);
+    let plain = query.plain();
     let lasting = Budget::time(Duration::from_secs(1));
     for _ in 0..REPETITIONS {
         time(&mut least[0], || {

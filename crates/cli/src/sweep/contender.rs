@@ -3,31 +3,38 @@
 use punctual::intersection::{Intersection, Order};
 use punctual::{Pose, Query, Tree};
 
-/// An order of the engine.
+/// An order of the engine, or its simplest rival.
 #[derive(Clone, Copy)]
 pub struct Contender {
     pub name: &'static str,
-    pub order: Order,
+    /// None: depth-first and nothing else, without traced curves or small batches.
+    pub order: Option<Order>,
 }
 
-/// The default first, plain depth-first second.
-pub const CONTENDERS: [Contender; 3] = [
+/// The default first, plain depth-first second. The others run in the default's plan, and differ from
+/// it by the order alone.
+pub const CONTENDERS: [Contender; 4] = [
     Contender {
         name: "penetration",
-        order: Order::Penetration,
+        order: Some(Order::Penetration),
     },
     Contender {
         name: DEPTH_FIRST,
-        order: Order::DepthFirst,
+        order: None,
     },
     Contender {
-        name: "low-alpha",
-        order: Order::LowAlpha,
+        name: LOW_ALPHA,
+        order: Some(Order::LowAlpha),
+    },
+    Contender {
+        name: "stack",
+        order: Some(Order::DepthFirst),
     },
 ];
 
 pub const DEFAULT: &str = CONTENDERS[0].name;
 pub const DEPTH_FIRST: &str = "depth-first";
+pub const LOW_ALPHA: &str = "low-alpha";
 
 /// The default with what it remembers of the pose before: a warm start where poses are frames of a motion.
 pub const WARM: &str = "warm";
@@ -43,7 +50,11 @@ pub const ORACLE: &str = "oracle";
 
 impl Contender {
     pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Intersection> {
-        Query::intersection(a, b, pose).order(self.order)
+        let query = Query::intersection(a, b, pose);
+        match self.order {
+            Some(order) => query.order(order),
+            None => query.plain(),
+        }
     }
 }
 
@@ -85,7 +96,8 @@ pub const CURVES: [Curve; 4] = [
 pub fn label(order: &'static str) -> &'static str {
     match order {
         WARM => "this library, with memory",
-        "low-alpha" => "low alpha first (the paper's)",
+        LOW_ALPHA => "low alpha first (the paper's), else as this library",
+        "stack" => "the last found first, else as this library",
         _ => CURVES
             .iter()
             .find(|curve| curve.order == order)

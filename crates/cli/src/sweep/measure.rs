@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use punctual::intersection::{Intersection, Order};
+use punctual::intersection::Intersection;
 use punctual::prediction::Estimate;
 use punctual::{Budget, Certificate, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 
@@ -164,7 +164,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
     let mut workspace = Workspace::with_capacity(4096, 1 << 16);
     let mut memories = [PairMemory::new(), PairMemory::new()];
     for (pose, truth) in truth.iter().enumerate() {
-        let full = Query::all_pairs(&case.a, &case.b, case.poses[pose]).order(Order::DepthFirst);
+        let full = Query::all_pairs(&case.a, &case.b, case.poses[pose]).plain();
         let full = finish(&full, &mut workspace);
         let run = Run {
             case,
@@ -186,7 +186,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
                 );
             }
         }
-        let query = Query::intersection(&case.a, &case.b, case.poses[pose]).order(Order::default());
+        let query = Query::intersection(&case.a, &case.b, case.poses[pose]);
         for (mode, memory) in [Mode::Any, Mode::All].into_iter().zip(&mut memories) {
             run.stops(
                 &query.mode(mode),

@@ -2,7 +2,7 @@
 
 use punctual::clock::ManualClock;
 use punctual::internals::{FrontierSummary, Lead, pair_cost};
-use punctual::intersection::{Intersection, Order};
+use punctual::intersection::Intersection;
 use punctual::prediction::{Counts, History};
 use punctual::{Answer, Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 
@@ -68,7 +68,7 @@ pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
         let tracing = query.mode(Mode::All);
         let complete = run(&tracing, &mut sampler.workspace, None, None);
         // For all pairs, as runs that nothing is expected to cut.
-        let modes = [tracing.order(Order::DepthFirst), query];
+        let modes = [tracing.plain(), query];
         for ((mode, query), memory) in [Mode::All, Mode::Any]
             .into_iter()
             .zip(modes)

@@ -4,7 +4,7 @@ use punctual::Mode;
 use punctual_lab::report::{Block, Failure, Lead, Section, Table};
 use punctual_lab::statistics::mean;
 
-use super::super::contender::{DEFAULT, DEPTH_FIRST, label};
+use super::super::contender::{DEFAULT, DEPTH_FIRST, LOW_ALPHA, label};
 use super::super::measure::Limit;
 use super::super::plan::plan;
 use super::super::summary::{
@@ -19,7 +19,7 @@ use super::{
 fn shown() -> impl Iterator<Item = &'static str> {
     plan()
         .names()
-        .filter(|order| [DEFAULT, DEPTH_FIRST, "low-alpha"].contains(order))
+        .filter(|order| [DEFAULT, DEPTH_FIRST, LOW_ALPHA].contains(order))
 }
 
 impl Report<'_> {
