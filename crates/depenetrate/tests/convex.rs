@@ -3,10 +3,9 @@
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;
-#[path = "../../../tests/common/steps.rs"]
-mod steps;
 
 use common::random::Random;
+use common::steps::assert_step;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::tree::Solid;
 use punctual::{
@@ -16,7 +15,6 @@ use punctual_depenetrate::{
     MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
 };
 use std::time::Duration;
-use steps::assert_step;
 
 fn solid(mesh: Mesh) -> Tree {
     Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Keep))

@@ -3,13 +3,12 @@
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;
-#[path = "../../../tests/common/steps.rs"]
-mod steps;
 
 use std::time::Duration;
 
 use common::files::{self, Soup};
 use common::random::{Drift, Family, Random, pose_about, soup};
+use common::steps::assert_step;
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
 use punctual::tree::Solid;
@@ -19,7 +18,6 @@ use punctual::{
 use punctual_depenetrate::{
     MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
 };
-use steps::assert_step;
 
 struct Case {
     name: &'static str,

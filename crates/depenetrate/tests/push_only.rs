@@ -3,19 +3,17 @@
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;
-#[path = "../../../tests/common/steps.rs"]
-mod steps;
 
 use std::time::Duration;
 
 use common::random::{Drift, Family, Random, pose_about, soup};
+use common::steps::assert_step;
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{Answer, Budget, Mesh, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
 use punctual_depenetrate::{
     MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
 };
-use steps::assert_step;
 
 struct Case {
     name: &'static str,
