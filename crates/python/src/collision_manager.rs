@@ -25,7 +25,7 @@ use std::collections::hash_map::Entry;
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 
 /// Most work about the depth of two solids, some 5 ms. Convex ones need a tenth of it, unless they are round and have
-/// almost one centre: then the depth told is up to .01 % more than the least.
+/// almost one centre: then the depth told is up to .1 % more than the least.
 const MOST_DEPTH_WORK: u64 = 5_000_000;
 
 /// Work of the first frame that looks whether any two objects meet. Each next one doubles it, so that one meeting of many
@@ -61,7 +61,7 @@ impl ContactData {
         column(py, self.place.normal.to_array().to_vec())
     }
 
-    /// The least way that parts two solids, which is along the normal. Of surfaces it is not known: raises
+    /// The shortest way found that parts two solids, which is along the normal. Of surfaces it is not known: raises
     /// AttributeError.
     #[getter]
     fn depth(&self) -> PyResult<f64> {
@@ -118,7 +118,7 @@ impl DistanceData {
         PySet::new(py, &self.names)
     }
 
-    /// How far apart they are; of surfaces that meet 0, of two solids minus the least way that parts them.
+    /// How far apart they are; of surfaces that meet 0, of two solids minus the shortest way found that parts them.
     #[getter]
     fn distance(&self) -> f64 {
         self.closest.distance
