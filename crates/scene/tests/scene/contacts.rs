@@ -8,9 +8,7 @@ use crate::{detect, nudged, pose, row, swing, trees};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::tree::Solid;
-use punctual::{
-    Budget, BuildOptions, Mesh, Mode, Pose, Query, Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Budget, BuildOptions, Mesh, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_scene::{Body, BodyId, Filter, PairQuestion, Report, Scene, SceneError};
 
 /// The least work of a turn that asks for contacts.
