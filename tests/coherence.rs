@@ -95,7 +95,7 @@ fn at_every_stop_nothing_is_false_lost_or_reported_twice() {
         }
     }
     assert!(
-        colliding > 100 && partial > 1_000,
+        colliding > 50 && partial > 400,
         "{colliding} colliding, {partial} in part"
     );
 }
@@ -172,18 +172,14 @@ fn more_is_found_early_than_without_a_memory() {
 
 /// Orders that were asked for are kept, and what nothing cuts has nothing to find first.
 #[test]
-fn other_orders_and_complete_queries_go_as_without_a_memory() {
+fn plain_and_complete_queries_go_as_without_a_memory() {
     let motion = Motion::small();
     let mut workspace = Workspace::new();
-    for order in [Order::DepthFirst, Order::LowAlpha, Order::Penetration] {
-        let budget = if order == Order::Penetration {
-            Budget::unlimited()
-        } else {
-            ENOUGH
-        };
+    for (is_plain, budget) in [(true, ENOUGH), (false, Budget::unlimited())] {
         let mut memory = PairMemory::new();
         for frame in 0..3 {
-            let query = motion.query(frame).order(order);
+            let query = motion.query(frame);
+            let query = if is_plain { query.plain() } else { query };
             let plain = run(&query, &mut workspace, budget);
             let pairs = workspace.pairs().to_vec();
             assert!(!pairs.is_empty());
