@@ -8,7 +8,7 @@ use common::check::{
 use common::reference::{Place, all_pairs, place};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::intersection::{Intersection, Order};
+use punctual::intersection::Intersection;
 use punctual::{Budget, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
 
 /// A gear rolls in the teeth of another, and out of them.

@@ -190,7 +190,7 @@ pub enum Asked {
 }
 
 impl Workspace {
-    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 930 kB.
+    /// Room for 4,096 queued node pairs and 65,536 found pairs, about 960 kB.
     #[must_use]
     pub fn new() -> Self {
         Self::with_capacity(4096, 65536)

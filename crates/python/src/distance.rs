@@ -289,7 +289,7 @@ pub fn closer_than<'py>(
     )
 }
 
-/// The same question as that of `distance`, or of `closer_than`, with buffers of its own (930 kB), so that it can be
+/// The same question as that of `distance`, or of `closer_than`, with buffers of its own (960 kB), so that it can be
 /// predicted, resumed and asked for its certificate.
 #[pyclass(module = "punctual3d")]
 pub struct DistanceQuery {

@@ -236,7 +236,7 @@ pub fn motion<'py>(
     Passage::new(py, answer, Asked::new(a, b, start.0), options)
 }
 
-/// The same question as that of `motion`, with buffers of its own (930 kB), so that it can be predicted, resumed and
+/// The same question as that of `motion`, with buffers of its own (960 kB), so that it can be predicted, resumed and
 /// asked for its certificate.
 #[pyclass(module = "punctual3d")]
 pub struct MotionQuery {

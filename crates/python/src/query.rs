@@ -348,7 +348,7 @@ pub fn collide<'py>(
     Collision::new(py, answer, pairs, Asked::new(a, b, pose), options)
 }
 
-/// The same question as that of `collide`, with buffers of its own (930 kB), so that it can be predicted, resumed and
+/// The same question as that of `collide`, with buffers of its own (960 kB), so that it can be predicted, resumed and
 /// asked for its certificate.
 #[pyclass(module = "punctual3d")]
 pub struct Query {
