@@ -286,7 +286,11 @@ fn a_first_hit_that_may_be_cut_comes_sooner_than_depth_first_in_the_geometric_me
         }
     }
     let mean = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
-    assert!(logs.len() > 80 && mean < 0.8, "{mean} of {} poses", logs.len());
+    assert!(
+        logs.len() > 80 && mean < 0.8,
+        "{mean} of {} poses",
+        logs.len()
+    );
 }
 
 #[test]
