@@ -271,7 +271,7 @@ impl Group {
     fn inward(&self, spot: &Spot, drawn: &Drawn, depth: f64) -> f64 {
         let tilt = drawn.cuts[spot.of as usize].normals.map(|face| {
             let along = face.dot(self.normal).abs();
-            along / larger(1.0 - along * along, 0.0).sqrt()
+            along / libm::sqrt(larger(1.0 - along * along, 0.0))
         });
         let past = 2.0 * depth * tilt[0].min(tilt[1]) + LEAST_INWARD * drawn.inset.step;
         let part = BESIDE + past / length(spot.place - self.middle());
