@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             work.p50, work.p90
         );
 
-        let mut answer = query.run(&mut workspace, Budget::time(Duration::from_micros(2)));
+        let mut answer = query.run(&mut workspace, Budget::time(Duration::from_micros(10)));
         if answer.value == Verdict::Undecided {
             let told = query.estimate(&workspace, None)?;
             let left = told.remaining.work;
