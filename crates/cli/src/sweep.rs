@@ -370,8 +370,8 @@ fn intro(cases: &[Measurement], total: usize, args: &Args, machine: &str) -> Vec
             counted(cases.len(), "case"),
             counted(poses, "pose"),
         ),
-        "Compared are: this library as it comes; the same, visiting boxes depth-first; a plain query, cut off, of which \
-         nothing is known before it returns; and the best order that there is. That one is computed afterwards, from the truth: it \
+        "Compared are: this library as it comes; plain depth-first search, a stack and nothing else, within the same budgets; a plain query, cut off, \
+         of which nothing is known before it returns; and the best order that there is. That one is computed afterwards, from the truth: it \
          opens only pairs of boxes with intersections below, in the order that finds most by each budget, and pays for what no \
          order can avoid: the tests of all boxes on the way and of all triangles at its end, also of those that do not meet. \
          (For regions it follows the order that is best for pairs.) No order of visits can find more pairs sooner. \"With \
