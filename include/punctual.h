@@ -921,7 +921,7 @@ typedef struct punctual_memory_facts {
 } punctual_memory_facts;
 
 /**
- * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
+ * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 960 kB.
  */
 punctual_status punctual_workspace_new(struct punctual_workspace **workspace);
 

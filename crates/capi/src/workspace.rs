@@ -34,7 +34,7 @@ impl From<[u32; 2]> for punctual_triangle_pair {
 const _: () =
     assert!(size_of::<punctual_triangle_pair>() == 8 && align_of::<punctual_triangle_pair>() == 4);
 
-/// Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
+/// Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 960 kB.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_workspace_new(
     workspace: Option<&mut MaybeUninit<Option<Box<punctual_workspace>>>>,

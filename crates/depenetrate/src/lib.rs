@@ -3,13 +3,14 @@
 //!
 //! It is a caller of [`Query`]. Contacts give directions, bisection the least length along each, and
 //! the faces of obstacles better directions: `high` is the length of the shortest push after which an
-//! exact query, or a plane, finds the bodies apart. `low` comes from a cover of the shorter translations: it is
-//! the least radius of the cones around 0. The search advances the cone with the least radius by a
-//! set that it knows. If none helps, it asks what blocks a push along the middle of the cone: either
-//! nothing does, and the push is shorter than the best, or two triangles do, which give new sets.
+//! exact query, or a plane, finds the bodies apart. `low` comes from a cover of the shorter
+//! translations: it is the least radius of the cones around 0. The search advances the cone with the
+//! least radius by a set that it knows. If none helps, it asks what blocks a push along the middle of
+//! the cone: either nothing does, and the push is shorter than the best, or two triangles do, which
+//! give new sets.
 //!
-//! Convex bodies come first, and mostly last too: an expanding polytope in the difference of two convex
-//! components (module `convex`) gives both bounds at once.
+//! Convex components come first: an expanding polytope in the difference of two of them (module
+//! `convex`) gives both bounds at once, and mostly ends the search.
 //!
 //! A set is the translations at which two triangles meet (module `sets`), or a ball: where a ball
 //! inside of A overlaps one inside of B, or holds a point of B's surface, the bodies meet.
@@ -52,8 +53,8 @@ const TOLERANCE: f64 = 1e-3;
 ///
 /// **Guarantee.** `low <= depth <= high`, whenever it stops: at no translation of B shorter than
 /// `low` are they apart, and a push of the length `high` is known at which an exact query, run to
-/// its end, or a plane between the two found them apart. Both bounds only improve with more budget of work. Where they are apart
-/// at the pose itself, both are 0.
+/// its end, or a plane between the two found them apart. Both bounds only improve with more budget
+/// of work. Where they are apart at the pose itself, both are 0.
 ///
 /// Apart means: no triangle of A shares a point with one of B. With [`solid`](Self::solid) it also
 /// means that no component of one mesh is inside of the other.

@@ -78,7 +78,8 @@ pub struct Contacts<'s> {
     /// Where no point stands for a contact, the surfaces, taken as those of solids, were at least
     /// this far apart when the points were found, margins not subtracted. It is the sum of the
     /// margins if the points stand for all contacts, more if the bodies are proven apart by more
-    /// ([`Scene::set_look_ahead`]), and 0 if one is `within` the other or nothing is known. The bodies meet nowhere else before they have moved by
+    /// ([`Scene::set_look_ahead`]), and 0 if one is `within` the other or nothing is known. The bodies
+    /// meet nowhere else before they have moved by
     /// `low - drift` relative to each other. If that is negative, they have sunk into each other
     /// by no more elsewhere.
     pub low: f64,
