@@ -124,18 +124,18 @@ pub fn any_left(frontier: &FrontierSummary, probability: f64, previous: Option<f
 /// log2 of the 90 % quantile of the BV tests of a whole query that finds all intersections.
 /// `root_cost` is the [`super::frontier::pair_cost`] of the roots at their deepest penetration, so
 /// their positions do not matter.
-pub fn most(root_cost: f64) -> f64 {
+pub fn most(root_cost: f64, log2: fn(f64) -> f64) -> f64 {
     let [intercept, slope] = ROOT_MOST;
     intercept + slope * log2(root_cost.max(1.0))
 }
 
 /// [`most`], computed from the BV tests of the pair's previous query alone.
-pub fn most_of_all_after(previous: f64) -> f64 {
+pub fn most_of_all_after(previous: f64, log2: fn(f64) -> f64) -> f64 {
     log2(previous.max(1.0)) + ALL_AFTER[2]
 }
 
 /// [`most_of_all_after`] for a query that ends with the first intersection.
-pub fn most_of_any_after(previous: f64) -> f64 {
+pub fn most_of_any_after(previous: f64, log2: fn(f64) -> f64) -> f64 {
     log2(previous.max(1.0)) + ANY_AFTER[2]
 }
 

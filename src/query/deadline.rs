@@ -53,6 +53,8 @@ pub struct Deadline<'c> {
     poll_interval: u64,
     /// True if the clock reported a cancellation.
     is_cancelled: bool,
+    /// Time of the last reading, and the work done before it.
+    last_look: (Duration, u64),
 }
 
 impl<'c> Deadline<'c> {
@@ -105,6 +107,7 @@ impl<'c> Deadline<'c> {
             next_look: 0,
             poll_interval: MAX_STEP_WORK,
             is_cancelled: false,
+            last_look: (Duration::ZERO, u64::MAX),
         }
     }
 
@@ -246,11 +249,15 @@ impl<'c> Deadline<'c> {
         self.end.is_some()
     }
 
-    /// Time since the start; known only under a budget of time.
+    /// Time since the start; known only under a budget of time. A reading holds until more work is
+    /// done.
     #[inline]
-    pub fn elapsed(&self) -> Option<Duration> {
-        self.started
-            .map(|started| self.clock.now().saturating_sub(started))
+    pub fn elapsed(&mut self) -> Option<Duration> {
+        let started = self.started?;
+        if self.last_look.1 != self.done {
+            self.last_look = (self.clock.now(), self.done);
+        }
+        Some(self.last_look.0.saturating_sub(started))
     }
 
     /// Work until the next reading of the clock. Before the first units are done, their pace is
@@ -274,6 +281,7 @@ impl<'c> Deadline<'c> {
             return Some(u64::MAX);
         };
         let now = self.clock.now();
+        self.last_look = (now, self.done);
         let first = self.first_look.filter(|_| self.done > 0).unwrap_or(now);
         self.first_look = Some(first);
         let mean = nanoseconds(now.saturating_sub(first)) / self.done.max(1) as f64;
@@ -347,5 +355,19 @@ mod tests {
                 clock.now()
             );
         }
+    }
+
+    #[test]
+    fn a_reading_holds_until_more_work_is_done() {
+        let clock = ManualClock::ticking(Duration::from_nanos(1));
+        let mut deadline = Deadline::of(Budget::time(Duration::from_nanos(9)).clock(&clock));
+        assert_eq!(deadline.elapsed(), Some(Duration::from_nanos(1)));
+        assert_eq!(deadline.elapsed(), Some(Duration::from_nanos(1)));
+        deadline.spend(1);
+        assert_eq!(deadline.elapsed(), Some(Duration::from_nanos(2)));
+        deadline.begin(0);
+        assert_eq!(deadline.stop(500), None);
+        assert_eq!(deadline.elapsed(), Some(Duration::from_nanos(3)));
+        assert_eq!(clock.now(), Duration::from_nanos(5), "begun at 1");
     }
 }

@@ -196,7 +196,7 @@ impl Query<'_, Intersection> {
             triangle_pairs: (workspace.waiting.len() + workspace.uncertain.len()) as f64,
             ..FrontierSummary::default()
         };
-        let open = workspace.frontier.iter().count();
+        let open = workspace.frontier.len();
         let relative = RelativePose::new(self.a, self.b, &self.asked.b_in_a);
         let mut probe = Probe::new([self.a, self.b], &relative, summary, goes_on);
         let mut sample = 0;
@@ -274,13 +274,24 @@ impl Query<'_, Intersection> {
         };
         let memory = self.known(memory);
         let roots = pair_cost([a.self_cost, b.self_cost], 1.0);
-        let most = match (self.previous(memory), self.asked.options.mode) {
-            (None, _) => prediction::most(roots.into()),
-            (Some(previous), Mode::All) => prediction::most_of_all_after(previous),
-            (Some(previous), Mode::Any) => prediction::most_of_any_after(previous),
+        let most = |log2: fn(f64) -> f64| match (self.previous(memory), self.asked.options.mode) {
+            (None, _) => prediction::most(roots.into(), log2),
+            (Some(previous), Mode::All) => prediction::most_of_all_after(previous, log2),
+            (Some(previous), Mode::Any) => prediction::most_of_any_after(previous, log2),
         };
+        // A time that is far too short shows by exponents, without a logarithm.
+        let bv_tests = exponent(nanoseconds(limit) / cost_model.bv_test) + 1.0;
+        if most(exponent) > bv_tests {
+            return false;
+        }
+        let most = most(libm::log2);
         cost_model.time(&prediction::counts(most)) <= nanoseconds(limit)
     }
+}
+
+/// The logarithm to base 2 of a number of at least 1, rounded down.
+fn exponent(x: f64) -> f64 {
+    (x.to_bits() >> 52) as f64 - 1023.0
 }
 
 /// The estimate for a stopped distance query: see [`Query::estimate`].

@@ -21,6 +21,12 @@ use punctual_geom::triangle::batch::Rows;
 /// of the other, and so is bit `8 i + j` of a mask of pairs.
 pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 
+/// The key of a bit of a mask of pairs.
+#[inline(always)]
+pub(super) fn key_of(keys: &Keys, bit: usize) -> f32 {
+    keys.as_flattened()[bit % (WIDTH * WIDTH)]
+}
+
 /// The measure of a question: it compares pairs of boxes, selects those of interest, and assigns
 /// keys to them.
 pub(super) trait Measure {
@@ -139,12 +145,11 @@ pub(super) trait Sink {
     /// The counts of the run.
     fn stats(&mut self) -> &mut Stats;
 
-    /// Receives node pairs, one for each bit of `hits`. `child` makes the pair of a bit, and `key`
-    /// returns its key.
+    /// Receives node pairs, one for each bit of `hits`. `child` makes the pair of a bit.
     #[inline(always)]
-    fn pairs(&mut self, hits: u64, key: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
+    fn pairs(&mut self, hits: u64, keys: &Keys, child: impl Fn(u32) -> Pair) {
         for bit in bits(hits) {
-            self.place(child(bit as u32), || key(bit));
+            self.place(child(bit as u32), || key_of(keys, bit));
         }
     }
 
@@ -212,7 +217,6 @@ pub(super) fn expand<L: Lanes, M: Measure>(
         scales: [scale, 1.0],
         is_a: false,
     };
-    let key_of = |keys: &Keys, bit: usize| keys.as_flattened()[bit % (WIDTH * WIDTH)];
     match which(a, b, scale) {
         Open::Both => {
             let tests = valid[0].count_ones() * valid[1].count_ones() + 1;
@@ -228,7 +232,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
                 }
                 sink.triangles(hits, key, first);
             } else {
-                sink.pairs(hits, key, |bit| {
+                sink.pairs(hits, keys, |bit| {
                     Pair::new(first[0] + bit / 8, first[1] + bit % 8)
                 });
             }
@@ -244,11 +248,9 @@ pub(super) fn expand<L: Lanes, M: Measure>(
             let near = key(lanes, measure, &children, &other);
             near.put(&mut keys[0]);
             let hits = measure.hits(lanes, near) & opened.valid();
-            sink.pairs(
-                hits.into(),
-                |bit| key_of(keys, bit),
-                |i| with_child(is_a, opened.first_child + i, active),
-            );
+            sink.pairs(hits.into(), keys, |i| {
+                with_child(is_a, opened.first_child + i, active)
+            });
         }
         Open::Triangles { is_a } => {
             let (facing, tree, of_one) = if is_a {

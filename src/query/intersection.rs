@@ -186,7 +186,7 @@ impl<'t> Query<'t, Intersection> {
         } else if strategy.queue.is_some() {
             workspace
                 .frontier
-                .rank_all(1, |_, _| 0.0, |_| Pair::new(0, 0));
+                .rank_all(1, &[[0.0; WIDTH]; WIDTH], 0.0, |_| Pair::new(0, 0));
         } else {
             // Built in place: a copy as one piece would wait until its parts are in the cache.
             workspace.frontier.push(Pair::new(0, 0));

@@ -4,7 +4,7 @@
 //! Overlapping boxes are of interest, deepest first. Triangle pairs found along a curve
 //! ([`trace`](super::trace)) before the frontier reaches them are not tested again.
 
-use super::expand::{Keys, Sink, expand};
+use super::expand::{Keys, Sink, expand, key_of};
 use super::options::{Mode, Options};
 use super::order::Order;
 use super::outcome::{Stats, StopReason};
@@ -33,8 +33,10 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
         let (trees, relative) = ([self.a, self.b], self.relative);
-        if self.origin != Origin::Stack {
-            self.share = Order::share(nodes(trees, pair), relative);
+        if let Some(order) = self.strategy.queue
+            && self.origin != Origin::Stack
+        {
+            self.share = order.share(nodes(trees, pair), relative);
         }
         expand(
             lanes,
@@ -95,20 +97,14 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
     /// Puts the children of a pair of the queue or of a path where they belong.
     #[inline(always)]
-    fn queue_all(
-        &mut self,
-        mut hits: u64,
-        depth: impl Fn(usize) -> f32,
-        child: impl Fn(u32) -> Pair,
-    ) {
+    fn queue_all(&mut self, mut hits: u64, keys: &Keys, child: impl Fn(u32) -> Pair) {
         let is_path = self.origin == Origin::Path;
         if is_path {
             hits = self.follow_paths(hits, &child);
         }
-        if let Some(order) = self.strategy.queue {
-            let (trees, share) = ([self.a, self.b], self.share);
-            let key = |bit, pair| Self::key(order, trees, pair, depth(bit) * share);
-            self.workspace.frontier.rank_all(hits, key, child);
+        if self.strategy.queue.is_some() {
+            let frontier = &mut self.workspace.frontier;
+            frontier.rank_all(hits, keys, self.share, child);
         } else {
             self.workspace.frontier.push_all(hits, child);
         }
@@ -117,13 +113,15 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// The key of a pair, not negative; the largest is visited first.
-    #[inline(always)]
-    fn key(order: Order, trees: [&Tree; 2], pair: Pair, depth: f32) -> f32 {
-        match order {
-            Order::LowAlpha => Order::low_alpha(nodes(trees, pair)),
-            _ => depth,
+    /// The keys of the pairs of `hits` by their alphas.
+    #[cold]
+    fn alphas(&self, hits: u64, child: impl Fn(u32) -> Pair) -> Keys {
+        let mut keys = Keys::default();
+        for bit in bits(hits) {
+            let pair = child(bit as u32);
+            keys.as_flattened_mut()[bit] = Order::low_alpha(nodes([self.a, self.b], pair));
         }
+        keys
     }
 
     /// Stops curve tracing once the traversal has done its share of the work.
@@ -148,19 +146,12 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
     /// Pushes pairs so that the one with the largest key is on top and the second below it.
     #[inline(never)]
-    fn push_ranked(
-        &mut self,
-        hits: u64,
-        depth: impl Fn(usize) -> f32,
-        child: impl Fn(u32) -> Pair,
-    ) {
+    fn push_ranked(&mut self, hits: u64, keys: &Keys, child: impl Fn(u32) -> Pair) {
         // The key, with the index of the pair in its last bits. A select, not a branch, because
         // the comparison is unpredictable.
         let (mut first, mut second) = (0, 0);
-        let (order, trees) = (self.strategy.queue.unwrap_or_default(), [self.a, self.b]);
         for bit in bits(hits) {
-            let key = Self::key(order, trees, child(bit as u32), depth(bit));
-            let key = key.to_bits() & !63 | bit as u32;
+            let key = key_of(keys, bit).to_bits() & !63 | bit as u32;
             second = second.max(first.min(key));
             first = first.max(key);
         }
@@ -201,9 +192,16 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
     /// Pairs go where their parent came from: on the stack, or into the queue. Children of a pair
     /// on a path go on the paths if they contain witnesses, else into the queue.
     #[inline(always)]
-    fn pairs(&mut self, mut hits: u64, depth: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
+    fn pairs(&mut self, mut hits: u64, keys: &Keys, child: impl Fn(u32) -> Pair) {
+        let alphas;
+        let keys = if self.strategy.queue == Some(Order::LowAlpha) {
+            alphas = self.alphas(hits, &child);
+            &alphas
+        } else {
+            keys
+        };
         if self.origin != Origin::Stack {
-            return self.queue_all(hits, depth, child);
+            return self.queue_all(hits, keys, child);
         }
         if !self.strategy.deepest_first {
             return self.workspace.frontier.push_all(hits, child);
@@ -212,8 +210,9 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
             return;
         }
         if self.strategy.ranks() {
-            return self.push_ranked(hits, depth, child);
+            return self.push_ranked(hits, keys, child);
         }
+        let depth = |bit| key_of(keys, bit);
         let frontier = &mut self.workspace.frontier;
         let (mut bit, mut place) = (
             hits.trailing_zeros(),

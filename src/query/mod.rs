@@ -61,6 +61,7 @@ mod point;
 mod probe;
 mod question;
 mod queue;
+mod ranked;
 mod ray;
 mod relative_pose;
 pub mod root_test;

@@ -10,7 +10,7 @@
 //! that narrows: each pair within the limit goes to a list. The tests of triangle pairs are in
 //! [`super::closest_pairs`].
 
-use super::expand::{Keys, Sink, expand};
+use super::expand::{Keys, Sink, expand, key_of};
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
 use super::outcome::{Stats, StopReason};
@@ -148,10 +148,11 @@ impl Sink for Traversal<'_, '_, Nearness> {
     }
 
     #[inline(always)]
-    fn pairs(&mut self, hits: u64, key: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
+    fn pairs(&mut self, hits: u64, keys: &Keys, child: impl Fn(u32) -> Pair) {
+        let key = |bit| key_of(keys, bit);
         let mut deepest = (0.0, None);
         let last = if self.strategy.deepest_first {
-            closest(hits, &key)
+            closest(hits, key)
         } else {
             0
         };

@@ -30,9 +30,12 @@ named!(Order {
 });
 
 impl Order {
-    /// The factor of the depths of a pair's children in their keys.
+    /// The factor of the keys of a pair's children in their ranks.
     #[inline(always)]
-    pub(super) fn share([a, b]: [&Node; 2], relative: &RelativePose) -> f32 {
+    pub(super) fn share(self, [a, b]: [&Node; 2], relative: &RelativePose) -> f32 {
+        if self == Self::LowAlpha {
+            return 1.0;
+        }
         let size = a.size + b.size * relative.scale;
         1.0 / (size * (a.levels + b.levels)).max(f32::MIN_POSITIVE)
     }

@@ -4,11 +4,13 @@
 //!
 //! The queue has two parts, and in both the order depends only on the input.
 //!
-//! - [`Ranked`]: 64 pairs with their keys, the largest first. It decides the first openings of a run
+//! - [`Ranked`]: up to 64 pairs, the largest key first. It decides the first openings of a run
 //!   that a budget may cut, where the order matters most, and its pushes are cheap.
 //! - Linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
 //!   time, by bucket, then last in first out, for distances and motions.
 
+use super::expand::Keys;
+use super::ranked::Ranked;
 use crate::tree::{MAX_HEIGHT, Node, WIDTH};
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
@@ -47,116 +49,11 @@ pub(super) const PATHS: usize = 16;
 /// Number of buckets; bucket 0 is visited first.
 pub(super) const BUCKETS: usize = 128;
 
-/// Number of pairs popped by rank. What is ranked then goes on the stack, the best on top: later the
-/// order of openings matters less, and ranking costs time.
+/// Number of pairs popped by rank. What is ranked then goes on the stack, the oldest on top, as after
+/// a hit: later the order of openings matters less, and ranking costs time.
 const RANKED_POPS: u32 = 24;
 
-/// Maximum number of ranked pairs: the slot of a pair is in the low six bits of its key.
-const RANKS: usize = 64;
-
 const NONE: u32 = u32::MAX;
-
-/// Pairs and their keys in no order. The largest key is always known: a pop finds the next one while
-/// its pair is opened, so that nothing waits for a scan over keys that were stored just before.
-#[derive(Clone, Debug)]
-#[repr(align(32))]
-struct Ranked {
-    /// The bits of each key, with the slot in the last six; 0 beyond `len`.
-    keys: [u32; RANKS],
-    pairs: [Pair; RANKS],
-    len: usize,
-    largest: u32,
-}
-
-impl Ranked {
-    const EMPTY: Self = Self {
-        keys: [0; RANKS],
-        pairs: [Pair::new(0, 0); RANKS],
-        len: 0,
-        largest: 0,
-    };
-
-    /// Puts a pair at a slot. Returns its key with the slot.
-    #[inline(always)]
-    fn put(&mut self, at: usize, key: u32, pair: Pair) -> u32 {
-        let key = key & !(RANKS as u32 - 1) | at as u32;
-        self.keys[at % RANKS] = key;
-        self.pairs[at % RANKS] = pair;
-        key
-    }
-
-    /// Adds the pair of each bit of `mask` with its key. Returns the bits that found no room.
-    #[inline(always)]
-    fn push_all(
-        &mut self,
-        mut mask: u64,
-        key: impl Fn(usize, Pair) -> f32,
-        pair: impl Fn(u32) -> Pair,
-    ) -> u64 {
-        let (mut len, mut largest) = (self.len, self.largest);
-        while mask != 0 && len < RANKS {
-            let bit = mask.trailing_zeros();
-            mask &= mask - 1;
-            let pair = pair(bit);
-            let key = key(bit as usize, pair).to_bits();
-            largest = self.put(len, key, pair).max(largest);
-            len += 1;
-        }
-        (self.len, self.largest) = (len, largest);
-        mask
-    }
-
-    /// Removes the pair with the largest key.
-    #[inline(always)]
-    fn pop(&mut self) -> Option<Pair> {
-        if self.len == 0 {
-            return None;
-        }
-        let at = self.largest as usize % RANKS;
-        let mut next = [0; 8];
-        for eight in self
-            .keys
-            .as_chunks::<8>()
-            .0
-            .iter()
-            .take(self.len.div_ceil(8))
-        {
-            for (next, &key) in next.iter_mut().zip(eight) {
-                *next = (*next).max(if key < self.largest { key } else { 0 });
-            }
-        }
-        let next = next.into_iter().fold(0, u32::max);
-        // Part by part, as in `pop_stack`.
-        let parts = |Pair {
-                         nodes: [a, b],
-                         active: [of_a, of_b],
-                     }| Pair {
-            nodes: [a, b],
-            active: [of_a, of_b],
-        };
-        let pair = parts(self.pairs[at]);
-        self.len -= 1;
-        let last = self.len % RANKS;
-        let is_last = next as usize % RANKS == last;
-        let moved = self.put(at, self.keys[last], parts(self.pairs[last]));
-        self.keys[last] = 0;
-        self.largest = if is_last { moved } else { next };
-        Some(pair)
-    }
-
-    /// The pairs, those with small keys first.
-    fn ascending(&self) -> impl DoubleEndedIterator<Item = Pair> + use<> {
-        let mut keys: ArrayVec<u32, RANKS> = self.keys[..self.len].iter().copied().collect();
-        keys.sort_unstable();
-        let pairs = self.pairs;
-        keys.into_iter().map(move |key| pairs[key as usize % RANKS])
-    }
-
-    fn clear(&mut self) {
-        self.keys[..self.len].fill(0);
-        (self.len, self.largest) = (0, 0);
-    }
-}
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -346,20 +243,16 @@ impl Frontier {
         self.popped_key
     }
 
-    /// Ranks the pair of each bit of `mask` by its key, which is not negative; the largest is popped
-    /// first. Pairs that find no room go on the stack.
+    /// Ranks the pair of each bit of `hits` ([`Ranked::push`]). Pairs that find no room go on the
+    /// stack.
     #[inline(always)]
-    pub fn rank_all(
-        &mut self,
-        mask: u64,
-        key: impl Fn(usize, Pair) -> f32,
-        pair: impl Fn(u32) -> Pair,
-    ) {
-        let rest = self.ranked.push_all(mask, key, &pair);
+    pub fn rank_all(&mut self, hits: u64, keys: &Keys, share: f32, pair: impl Fn(u32) -> Pair) {
+        let rest = self.ranked.push(hits, keys, share, &pair);
         self.push_all(rest, pair);
     }
 
-    /// The pairs ranked so far go on the stack, the best on top, before the next one is popped.
+    /// The pairs ranked so far go on the stack before the next one is popped. The oldest is on top:
+    /// those near a hit are the newest, and its curve is traced.
     pub fn end_ranking(&mut self) {
         self.ranked_pops = 0;
     }
@@ -436,11 +329,11 @@ impl Frontier {
             self.base = 0;
             return Some(Origin::Stack);
         }
-        if self.ranked.len > 0 {
+        if self.ranked.len() > 0 {
             self.note_peak();
-            self.ranked.ascending().for_each(|pair| {
-                self.push(pair);
-            });
+            for at in (0..self.ranked.len()).rev() {
+                self.push(self.ranked.pair(at));
+            }
             self.ranked.clear();
             return Some(Origin::Stack);
         }
@@ -494,7 +387,7 @@ impl Frontier {
     /// Number of pairs.
     #[inline(always)]
     pub fn len(&self) -> usize {
-        self.paths.len() + self.height + self.ranked.len + self.queued as usize
+        self.paths.len() + self.height + self.ranked.len() + self.queued as usize
     }
 
     #[inline(always)]
@@ -504,7 +397,7 @@ impl Frontier {
 
     /// Maximum number of pairs in the queue at one time.
     pub fn peak(&self) -> u32 {
-        self.peak.max(self.queued + self.ranked.len as u32)
+        self.peak.max(self.queued + self.ranked.len() as u32)
     }
 
     #[inline(always)]
@@ -521,7 +414,7 @@ impl Frontier {
         (self.free, self.touched, self.queued) = (NONE, 0, 0);
     }
 
-    /// All pairs: those on paths, those of the stack from its top, then the ranked and the queued
+    /// All pairs: those on paths, those of the stack from its top, the ranked ones, and the queued
     /// ones in the order in which they would be popped.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let paths = self.paths.iter().map(|(pair, _)| *pair);
@@ -529,7 +422,7 @@ impl Frontier {
         let entry = |slot: u32| (slot != NONE).then(|| &self.arena[slot as usize]);
         let list = move |first: u32| successors(entry(first), move |last| entry(last.next));
         let queued = self.lists.iter().flat_map(move |&first| list(first));
-        let ranked = self.ranked.ascending().rev();
+        let ranked = (0..self.ranked.len()).map(|at| self.ranked.pair(at));
         paths
             .chain(stack)
             .chain(ranked)

@@ -173,11 +173,12 @@ def test_memory(ball, ring, touching):
 
 def test_much_is_found_early_and_priors(touching):
     a, b = punctual3d.shapes.icosphere(5), punctual3d.shapes.torus(2, 0.5, 128)
-    # Turned: where edges of both meshes cross each other, curves cannot be followed.
     turned = touching.copy()
     turned[:3, :3] = [[np.cos(0.3), 0, np.sin(0.3)], [0, 1, 0], [-np.sin(0.3), 0, np.cos(0.3)]]
-    whole = punctual3d.collide(a, b, turned, mode="all")
-    fifth = punctual3d.collide(a, b, turned, mode="all", work=whole.work // 5)
-    assert fifth.stop == "work-limit" and fifth.found > 0.8 * whole.found
+    # Aligned: where edges of both meshes cross each other, curves cannot be followed.
+    for pose, least in ((touching, 0.45), (turned, 0.8)):
+        whole = punctual3d.collide(a, b, pose, mode="all")
+        fifth = punctual3d.collide(a, b, pose, mode="all", work=whole.work // 5)
+        assert fifth.stop == "work-limit" and fifth.found > least * whole.found
     likely, unlikely = (punctual3d.collide(a, b, touching, work=0, prior=prior).probability for prior in (0.9, 0.01))
     assert unlikely < likely
