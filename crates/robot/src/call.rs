@@ -73,7 +73,7 @@ pub(crate) struct Call<'c> {
 }
 
 impl<'c> Call<'c> {
-    pub fn outcome<T>(&self, value: T, end: Result<(), StopReason>) -> Outcome<T> {
+    pub fn outcome<T>(&mut self, value: T, end: Result<(), StopReason>) -> Outcome<T> {
         Outcome {
             value,
             stop: end.err().unwrap_or(StopReason::Finished),

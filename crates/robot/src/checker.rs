@@ -308,7 +308,7 @@ impl Call<'_> {
     }
 
     fn collision(
-        &self,
+        &mut self,
         met: Option<&[ShapeId; 2]>,
         end: Result<(), StopReason>,
     ) -> Outcome<Collision> {
