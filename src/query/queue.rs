@@ -49,8 +49,8 @@ pub(super) const PATHS: usize = 16;
 /// Number of buckets; bucket 0 is visited first.
 pub(super) const BUCKETS: usize = 128;
 
-/// Number of pairs popped by rank. What is ranked then goes on the stack, the oldest on top, as after
-/// a hit: later the order of openings matters less, and ranking costs time.
+/// Number of pairs popped by rank. What is ranked then goes on the stack, the oldest on top, as
+/// after a hit: later the order of openings matters less, and ranking costs time.
 const RANKED_POPS: u32 = 24;
 
 const NONE: u32 = u32::MAX;

@@ -14,7 +14,7 @@ const SLOTS: usize = 64;
 pub(super) struct Ranked {
     /// The bits of each key, with the slot in the last six; 0 beyond `len`.
     ranks: [u32; SLOTS],
-    /// The nodes of each pair, A's in the low half, and their active children: each of one piece, as
+    /// The nodes of each pair, A's in the low half, and their active children. Each is one piece:
     /// loading what two stores wrote would wait until both are in the cache.
     nodes: [u64; SLOTS],
     active: [u16; SLOTS],
