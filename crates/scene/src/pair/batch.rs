@@ -262,7 +262,7 @@ impl Turn {
             ..
         } = desk;
         let memory = &mut self.state.memory;
-        let resumed = question.resume_or_begin(*held, workspace, memory, round.to_the_end, 0);
+        let resumed = question.resume_or_begin(*held, workspace, memory, round.to_the_end);
         deadline.spend(WORK_PER_QUERY);
         let answer = question.go_on(workspace, memory, deadline);
         let spent = Spent::of(workspace);
@@ -302,15 +302,8 @@ impl Turn {
             held,
             ..
         } = desk;
-        // The latest witness was tested in this frame.
-        let refuted = usize::from(self.state.is_lost(round.frame));
-        let resumed = question.resume_or_begin(
-            *held,
-            workspace,
-            &self.state.memory,
-            round.to_the_end,
-            refuted,
-        );
+        let resumed =
+            question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end);
         let mut before = resumed.unwrap_or_default();
         loop {
             deadline.spend(WORK_PER_QUERY);

@@ -7,6 +7,7 @@ use super::spent::{Spent, capped};
 use super::touch::Touch;
 use crate::ask::TurnKind;
 use crate::body::{Bodies, margins};
+use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::id::PairKey;
 use crate::schedule::known::Known;
 use alloc::boxed::Box;
@@ -23,6 +24,9 @@ const TOLD: usize = 8;
 /// witness; and their initial value.
 const TESTS_OF_STEADINESS: f32 = 8.0;
 const USUAL_STEADINESS: f32 = 0.5;
+
+/// A test of a witness must be expected to save so many times its cost.
+const MARGIN_OF_TESTS: f32 = 1.2;
 
 /// A witness that exists in no pair of trees.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
@@ -203,6 +207,13 @@ impl PairState {
     #[inline]
     pub fn is_lost(&self, frame: u64) -> bool {
         u64::from((frame as u32).wrapping_sub(self.refuted)) < frame - self.decided
+    }
+
+    /// True if a test of its witness is expected to cost more than it saves: the search that it
+    /// replaces if it holds.
+    pub fn is_fickle(&self) -> bool {
+        let saved = self.steadiness * (self.search as f32 + WORK_PER_QUERY as f32);
+        saved < MARGIN_OF_TESTS * WORK_PER_WITNESS as f32
     }
 
     /// True if it met when it was last decided.

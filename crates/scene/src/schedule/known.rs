@@ -27,7 +27,7 @@ pub(crate) struct Known {
     pub key: PairKey,
     /// `None` before the first turn of the pair since its boxes overlap.
     pub slot: Option<Slot>,
-    /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of a frame: the last that finished the
+    /// [`OVERLAPS`], [`MET`], [`LOST`], [`FICKLE`], and the low bits of a frame: the last that finished the
     /// pair, or, if none has, the one before its boxes overlapped. 0 if the boxes are separated.
     bits: u32,
     /// For a pair that met, the two triangles that intersected last (tree order). For others, the
@@ -36,11 +36,13 @@ pub(crate) struct Known {
 }
 
 /// Bits of [`Known::bits`]: the boxes overlap; the bodies met when last decided; their witnesses
-/// were lost since. The lower bits hold the frame.
+/// were lost since; a search is expected to cost less than tests of witnesses that rarely hold. The
+/// lower bits hold the frame.
 const OVERLAPS: u32 = 1 << 31;
 const MET: u32 = 1 << 30;
 const LOST: u32 = 1 << 29;
-const FRAME: u32 = LOST - 1;
+const FICKLE: u32 = 1 << 28;
+const FRAME: u32 = FICKLE - 1;
 
 const _: () = assert!(size_of::<Known>() == 24);
 
@@ -72,7 +74,7 @@ impl Known {
         self.bits & OVERLAPS != 0
     }
 
-    /// The frame in the bits, correct if it is less than 2^29 frames before `frame`.
+    /// The frame in the bits, correct if it is less than 2^28 frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
         frame - u64::from((frame as u32).wrapping_sub(self.bits) & FRAME)
     }
@@ -83,7 +85,8 @@ impl Known {
         if state.met() {
             let [x, y] = state.memory.witness(0).unwrap_or(NO_TRIANGLES);
             let lost = if state.is_lost(frame) { LOST } else { 0 };
-            self.bits = completed | MET | lost;
+            let fickle = if state.is_fickle() { FICKLE } else { 0 };
+            self.bits = completed | MET | lost | fickle;
             self.proof = u64::from(x) << 32 | u64::from(y);
         } else {
             if state.completed > 0 {
@@ -122,7 +125,7 @@ impl Known {
 
     /// Records that the triangles that met last also meet in `frame`.
     pub fn hold(&mut self, frame: u64) {
-        self.bits = OVERLAPS | MET | frame as u32 & FRAME;
+        self.bits = OVERLAPS | MET | self.bits & FICKLE | frame as u32 & FRAME;
     }
 
     /// How far the bodies may move before they may meet; negative if they have moved farther since
@@ -152,6 +155,11 @@ impl Known {
     /// True if the pair met when last decided.
     pub fn met(&self) -> bool {
         self.bits & MET != 0
+    }
+
+    /// True if a test of its witness is expected to cost more than it saves.
+    pub fn is_fickle(&self) -> bool {
+        self.bits & FICKLE != 0
     }
 
     /// True if its witnesses were lost since then.

@@ -8,6 +8,7 @@
 
 mod search;
 
+use super::known::Known;
 use super::pairs::Pairs;
 use crate::broad::Broad;
 use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
@@ -32,9 +33,16 @@ const PER_TEST: usize = 8;
 const PER_REST: usize = 16;
 
 /// The neighbors of a lost witness are tested if they met at least this often, and otherwise in one
-/// frame of `PER_NEARBY`.
+/// frame of `PER_NEARBY`; so are witnesses that rarely hold.
 const LEAST_NEARBY: f32 = 0.2;
 const PER_NEARBY: u64 = 16;
+
+/// True if the witness of a pair that met is to be tested. One that rarely holds is tested sometimes,
+/// because that may change.
+fn is_worth_a_test(known: &Known, frame: &Frame) -> bool {
+    !known.is_lost()
+        && (!known.is_fickle() || (frame.number ^ known.key).is_multiple_of(PER_NEARBY))
+}
 
 /// A pair that was found to meet, with its witness.
 #[derive(Clone, Copy, Debug)]
@@ -152,7 +160,7 @@ impl Revisit {
                     let state = pairs.state(place, frame);
                     state.decided = frame.number;
                     self.found.extend(Meeting::new(key, state.verdict));
-                } else if !pairs.at(place).is_lost() {
+                } else if is_worth_a_test(pairs.at(place), frame) {
                     deadline.spend(WORK_PER_WITNESS);
                     self.tests += 1;
                     if !retest.add(key, place, pairs.at(place).witness()) {
