@@ -7,14 +7,13 @@ use super::spent::{Spent, capped};
 use super::touch::Touch;
 use crate::ask::TurnKind;
 use crate::body::{Bodies, margins};
-use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::id::PairKey;
 use crate::schedule::known::Known;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use core::hint::black_box;
 use punctual::engine::SeparatingPlane;
-use punctual::prediction::Calibration;
+use punctual::prediction::{Calibration, MAX_STEP_WORK};
 use punctual::{PairMemory, Verdict};
 
 /// Maximum number of estimates of a pair that are kept until it is decided.
@@ -24,9 +23,6 @@ const TOLD: usize = 8;
 /// witness; and their initial value.
 const TESTS_OF_STEADINESS: f32 = 8.0;
 const USUAL_STEADINESS: f32 = 0.5;
-
-/// A test of a witness must be expected to save so many times its cost.
-const MARGIN_OF_TESTS: f32 = 1.2;
 
 /// A witness that exists in no pair of trees.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
@@ -209,11 +205,12 @@ impl PairState {
         u64::from((frame as u32).wrapping_sub(self.refuted)) < frame - self.decided
     }
 
-    /// True if a test of its witness is expected to cost more than it saves: the search that it
-    /// replaces if it holds.
-    pub fn is_fickle(&self) -> bool {
-        let saved = self.steadiness * (self.search as f32 + WORK_PER_QUERY as f32);
-        saved < MARGIN_OF_TESTS * WORK_PER_WITNESS as f32
+    /// Expected work of a search, or of the rest of an unfinished one; 0 if there was none yet.
+    pub fn cost(&self) -> u32 {
+        match self.search {
+            0 => 0,
+            search => capped(u64::from(search).saturating_sub(self.pending.work).max(MAX_STEP_WORK)),
+        }
     }
 
     /// True if it met when it was last decided.
@@ -310,7 +307,7 @@ impl PairState {
     }
 
     /// True if there are reported probabilities of a pair that is not decided yet.
-    fn has_told(&self) -> bool {
+    pub fn has_told(&self) -> bool {
         matches!(&self.said, Said::Estimates(told) if !told.is_empty())
     }
 

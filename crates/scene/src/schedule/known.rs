@@ -1,9 +1,15 @@
-//! A compact record of every pair of near bodies: a frame reads all of them.
+//! A compact record of every pair of near bodies: a frame reads all of them, and the states of those
+//! that have a turn.
 
 use crate::body::{Bodies, triangle_ids};
+use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::id::PairKey;
 use crate::pair::state::{NO_TRIANGLES, PairState};
 use core::num::NonZeroU32;
+use punctual::Verdict;
+
+/// A test of a witness must be expected to save so many times its cost.
+const MARGIN_OF_TESTS: f32 = 1.2;
 
 /// The index of a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,46 +26,53 @@ impl Slot {
     }
 }
 
-/// Two bodies whose fat AABBs overlap, and the index of their state. The state of a pair that stays
-/// separated is not read.
+/// Two bodies whose fat AABBs overlap: all that a frame reads of a pair before its turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     pub key: PairKey,
-    /// `None` before the first turn of the pair since its boxes overlap.
-    pub slot: Option<Slot>,
-    /// [`OVERLAPS`], [`MET`], [`LOST`], [`FICKLE`], and the low bits of a frame: the last that finished the
-    /// pair, or, if none has, the one before its boxes overlapped. 0 if the boxes are separated.
-    bits: u32,
     /// For a pair that met, the two triangles that intersected last (tree order). For others, the
     /// bits of [`Known::apart`].
     proof: u64,
+    /// The index of its state; `None` before the first turn of the pair since its boxes overlap.
+    pub slot: Option<Slot>,
+    /// Low bits of a frame: the last that finished the pair, or, if none has, the one before its
+    /// boxes overlapped.
+    since: u32,
+    /// Expected work of a search; 0 if there was none yet.
+    pub cost: u32,
+    /// [`PairState::steadiness`] in parts of 255.
+    steadiness: u8,
+    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`]; 0 if the boxes are separated.
+    flags: u8,
 }
 
-/// Bits of [`Known::bits`]: the boxes overlap; the bodies met when last decided; their witnesses
-/// were lost since; a search is expected to cost less than tests of witnesses that rarely hold. The
-/// lower bits hold the frame.
-const OVERLAPS: u32 = 1 << 31;
-const MET: u32 = 1 << 30;
-const LOST: u32 = 1 << 29;
-const FICKLE: u32 = 1 << 28;
-const FRAME: u32 = FICKLE - 1;
+/// Flags of a pair: the boxes overlap; it was decided; the bodies met when last decided; their
+/// witnesses were lost since; estimates of it were reported.
+const OVERLAPS: u8 = 1;
+const DECIDED: u8 = 2;
+const MET: u8 = 4;
+const LOST: u8 = 8;
+const TOLD: u8 = 16;
 
-const _: () = assert!(size_of::<Known>() == 24);
+const _: () = assert!(size_of::<Known>() == 32);
 
 impl Known {
     /// A pair whose boxes were not compared yet.
     pub fn new(key: PairKey) -> Self {
         Self {
             key,
-            slot: None,
-            bits: 0,
             proof: 0,
+            slot: None,
+            since: 0,
+            cost: 0,
+            steadiness: 0,
+            flags: 0,
         }
     }
 
     /// Records that the boxes overlap from `frame` on.
     pub fn begin(&mut self, frame: u64) {
-        self.bits = OVERLAPS | (frame as u32).wrapping_sub(1) & FRAME;
+        (self.flags, self.since) = (OVERLAPS, (frame as u32).wrapping_sub(1));
     }
 
     /// Records that the boxes are separated, and returns the state's slot.
@@ -69,31 +82,42 @@ impl Known {
         slot
     }
 
-    /// True if the boxes overlapped when last compared.
-    pub fn overlaps(&self) -> bool {
-        self.bits & OVERLAPS != 0
+    fn is(&self, flags: u8) -> bool {
+        self.flags & flags == flags
     }
 
-    /// The frame in the bits, correct if it is less than 2^28 frames before `frame`.
+    /// True if the boxes overlapped when last compared.
+    pub fn overlaps(&self) -> bool {
+        self.is(OVERLAPS)
+    }
+
+    /// The last frame that finished it, correct if it is less than 2^32 frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
-        frame - u64::from((frame as u32).wrapping_sub(self.bits) & FRAME)
+        frame - u64::from((frame as u32).wrapping_sub(self.since))
     }
 
     /// Stores the summary of a state that was updated in `frame`.
     pub fn note(&mut self, state: &PairState, frame: u64) {
-        let completed = OVERLAPS | state.completed as u32 & FRAME;
+        (self.cost, self.steadiness) = (state.cost(), (state.steadiness * 255.0) as u8);
+        self.flags = OVERLAPS | if state.has_told() { TOLD } else { 0 };
+        if state.met() || state.completed > 0 {
+            self.since = state.completed as u32;
+        }
+        if state.verdict != Verdict::Undecided {
+            self.flags |= DECIDED;
+        }
         if state.met() {
             let [x, y] = state.memory.witness(0).unwrap_or(NO_TRIANGLES);
-            let lost = if state.is_lost(frame) { LOST } else { 0 };
-            let fickle = if state.is_fickle() { FICKLE } else { 0 };
-            self.bits = completed | MET | lost | fickle;
+            self.flags |= MET | if state.is_lost(frame) { LOST } else { 0 };
             self.proof = u64::from(x) << 32 | u64::from(y);
         } else {
-            if state.completed > 0 {
-                self.bits = completed;
-            }
             self.proof = state.apart.to_bits();
         }
+    }
+
+    /// Share of the tests of its witnesses in which they still met.
+    pub fn steadiness(&self) -> f32 {
+        f32::from(self.steadiness) / 255.0
     }
 
     /// Updates the state with what the list has found since its last turn. `frame` is the current
@@ -125,7 +149,7 @@ impl Known {
 
     /// Records that the triangles that met last also meet in `frame`.
     pub fn hold(&mut self, frame: u64) {
-        self.bits = OVERLAPS | MET | self.bits & FICKLE | frame as u32 & FRAME;
+        (self.flags, self.since) = (OVERLAPS | DECIDED | MET, frame as u32);
     }
 
     /// How far the bodies may move before they may meet; negative if they have moved farther since
@@ -142,28 +166,46 @@ impl Known {
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
         let stays = self.room(bodies, frame).is_some_and(|room| room > 0.0);
         if stays {
-            self.bits = self.bits & !FRAME | frame as u32 & FRAME;
+            self.stay(frame);
         }
         stays
     }
 
     /// True if `frame` finished the pair.
     pub fn is_completed(&self, frame: u64) -> bool {
-        self.bits & FRAME == frame as u32 & FRAME
+        self.since == frame as u32
     }
 
     /// True if the pair met when last decided.
     pub fn met(&self) -> bool {
-        self.bits & MET != 0
+        self.is(MET)
     }
 
     /// True if a test of its witness is expected to cost more than it saves.
     pub fn is_fickle(&self) -> bool {
-        self.bits & FICKLE != 0
+        let saved = self.steadiness() * (self.cost as f32 + WORK_PER_QUERY as f32);
+        saved < MARGIN_OF_TESTS * WORK_PER_WITNESS as f32
+    }
+
+    /// True if it was decided since its boxes overlap.
+    pub fn is_decided(&self) -> bool {
+        self.is(DECIDED)
+    }
+
+    /// Forgets that probabilities of it were reported. True if they were.
+    pub fn forget_told(&mut self) -> bool {
+        let had = self.is(TOLD);
+        self.flags &= !TOLD;
+        had
+    }
+
+    /// Records that what finished it still holds in `frame`.
+    pub fn stay(&mut self, frame: u64) {
+        self.since = frame as u32;
     }
 
     /// True if its witnesses were lost since then.
     pub fn is_lost(&self) -> bool {
-        self.bits & LOST != 0
+        self.is(LOST)
     }
 }

@@ -4,6 +4,7 @@
 //! holds however few pairs a frame can read.
 
 use super::job::{Job, outlook};
+use super::known::Known;
 use super::pairs::Pairs;
 use super::revisit::Meeting;
 use super::tally::Tallies;
@@ -259,8 +260,14 @@ impl<'l> Listing<'l> {
                 .push_complete(pair.ids, Verdict::Separated, 0, 0);
             return true;
         }
-        let known = *known;
         let changed = self.frame.changed(key);
+        let had_told = changed == number && known.forget_told();
+        let known = *known;
+        let is_plain = !SPECIAL && self.frame.mode == Mode::Any && !bodies.wants_contacts(key);
+        if is_plain && changed == number && !had_told {
+            self.list_open(pair, &known);
+            return true;
+        }
         let state = self.pairs.state_of(known, self.frame);
         if changed == number {
             state.forget_told();
@@ -313,7 +320,7 @@ impl<'l> Listing<'l> {
                 state.completed = number;
             }
             let (forecast, rank) =
-                outlook(self.frame, key, state, kind, look.nearness, self.expects);
+                outlook(self.frame, &known, Some(state), kind, look.nearness, self.expects);
             probability = forecast.probability;
             self.jobs.push(Job {
                 key,
@@ -331,10 +338,13 @@ impl<'l> Listing<'l> {
         let (verdict, found, age) = (
             state.verdict,
             state.found,
-            number - self.frame.decided(state),
+            number - self.frame.decided(state.decided),
         );
         let is_whole = is_timed && (complete || look.is_whole);
         let standing = (holds && !is_whole).then(|| state.standing(number, is_timed));
+        if complete && state.decided == number {
+            self.pairs.at_mut(place).stay(number);
+        }
         if is_whole {
             let (verdict, found) = if age == 0 {
                 (verdict, found)
@@ -350,6 +360,28 @@ impl<'l> Listing<'l> {
             }
         }
         true
+    }
+
+    /// Lists a pair whose bodies moved and whose only question is whether they meet. Its state is not
+    /// read.
+    #[inline(always)]
+    fn list_open(&mut self, pair: Candidate, known: &Known) {
+        let frame = self.frame;
+        let (forecast, rank) = outlook(frame, known, None, TurnKind::Meet, None, self.expects);
+        self.jobs.push(Job {
+            key: pair.key,
+            listed: self.report.pairs.len() as u32,
+            place: pair.place as u32,
+            median: forecast.median,
+            rank,
+            home: None,
+            kind: TurnKind::Meet,
+            measures: false,
+            teaches: false,
+            open: true,
+        });
+        let age = frame.number - frame.decided(known.since(frame.number));
+        self.report.push_open(pair.ids, forecast.probability, age);
     }
 
     /// Determines the consequences of the distance requests for a pair, and records its known

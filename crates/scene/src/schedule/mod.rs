@@ -420,6 +420,7 @@ impl Schedule {
                 // An estimate of a decided pair teaches nothing.
                 if report.pairs[listed as usize].verdict == Verdict::Undecided {
                     state.tell(estimate.probability);
+                    pairs.note(place as usize, frame.number);
                 }
                 estimate.probability = self.calibration.apply(estimate.probability);
                 report.estimate(listed as usize, &estimate);

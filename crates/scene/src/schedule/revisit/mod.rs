@@ -160,6 +160,7 @@ impl Revisit {
                     let state = pairs.state(place, frame);
                     state.decided = frame.number;
                     self.found.extend(Meeting::new(key, state.verdict));
+                    pairs.at_mut(place).stay(frame.number);
                 } else if is_worth_a_test(pairs.at(place), frame) {
                     deadline.spend(WORK_PER_WITNESS);
                     self.tests += 1;
