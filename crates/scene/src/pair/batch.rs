@@ -340,11 +340,11 @@ mod tests {
         let apart = PairState {
             completed: 7,
             apart: 1.0,
-            ..PairState::new(0)
+            ..PairState::new(0, 0.0)
         };
         let mut known = Known::new(1);
         known.note(&apart, 7);
-        let mut turn = Turn::new(known, Box::new(PairState::new(0)));
+        let mut turn = Turn::new(known, Box::new(PairState::new(0, 0.0)));
         let round = Round {
             kind: RoundKind::Search,
             ..Round::to_the_end(9, Mode::Any, None)

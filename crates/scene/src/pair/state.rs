@@ -19,10 +19,8 @@ use punctual::{PairMemory, Verdict};
 /// Maximum number of estimates of a pair that are kept until it is decided.
 const TOLD: usize = 8;
 
-/// Number of tests over which the steadiness of a pair is averaged, and that of the neighbors of its
-/// witness; and their initial value.
+/// Number of tests over which the steadiness of a pair is averaged.
 const TESTS_OF_STEADINESS: f32 = 8.0;
-const USUAL_STEADINESS: f32 = 0.5;
 
 /// A witness that exists in no pair of trees.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
@@ -149,9 +147,6 @@ pub(crate) struct PairState {
     /// Share of the tests of its latest witnesses in which they still met; exponentially weighted
     /// mean.
     pub steadiness: f32,
-    /// Share of the tests of the neighbors of a lost witness in which they met; exponentially
-    /// weighted mean.
-    pub nearby: f32,
     /// Work of the last run that no remembered witness cut short; a lower bound while that run is
     /// unfinished.
     pub search: u32,
@@ -175,8 +170,8 @@ pub(crate) struct PairState {
 
 impl PairState {
     /// The state of a pair of which nothing is known. `before` is the frame before its boxes
-    /// overlapped.
-    pub fn new(before: u64) -> Self {
+    /// overlapped, `steadiness` that of other pairs.
+    pub fn new(before: u64, steadiness: f32) -> Self {
         Self {
             memory: PairMemory::without_clearance(),
             verdict: Verdict::Undecided,
@@ -184,8 +179,7 @@ impl PairState {
             completed: 0,
             decided: before,
             refuted: 0,
-            steadiness: USUAL_STEADINESS,
-            nearby: USUAL_STEADINESS,
+            steadiness,
             search: 0,
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
@@ -345,11 +339,6 @@ impl PairState {
 
     fn learn_steadiness(&mut self, held: f32) {
         self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
-    }
-
-    /// Records a test of the neighbors of its latest witness.
-    pub fn learn_nearby(&mut self, met: bool) {
-        self.nearby += (f32::from(u8::from(met)) - self.nearby) / TESTS_OF_STEADINESS;
     }
 
     /// Records what was proven in `frame`.

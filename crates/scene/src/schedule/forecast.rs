@@ -138,7 +138,7 @@ mod tests {
                     verdict,
                     search,
                     refuted,
-                    ..PairState::new(0)
+                    ..PairState::new(0, 0.0)
                 };
                 let mut known = Known::new(1);
                 known.note(&state, number);

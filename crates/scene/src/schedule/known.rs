@@ -70,9 +70,10 @@ impl Known {
         }
     }
 
-    /// Records that the boxes overlap from `frame` on.
-    pub fn begin(&mut self, frame: u64) {
+    /// Records that the boxes overlap from `frame` on. `steadiness`: that of other pairs.
+    pub fn begin(&mut self, frame: u64, steadiness: f32) {
         (self.flags, self.since) = (OVERLAPS, (frame as u32).wrapping_sub(1));
+        self.steadiness = (steadiness * 255.0) as u8;
     }
 
     /// Records that the boxes are separated, and returns the state's slot.

@@ -9,7 +9,7 @@
 mod search;
 
 use super::known::Known;
-use super::pairs::Pairs;
+use super::pairs::{Pairs, learn};
 use crate::broad::Broad;
 use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::id::{PairKey, bodies_of};
@@ -34,7 +34,7 @@ const PER_REST: usize = 16;
 
 /// The neighbors of a lost witness are tested if they met at least this often, and otherwise in one
 /// frame of `PER_NEARBY`; so are witnesses that rarely hold.
-const LEAST_NEARBY: f32 = 0.2;
+const LEAST_NEARBY: f32 = 0.15;
 const PER_NEARBY: u64 = 16;
 
 /// True if the witness of a pair that met is to be tested. One that rarely holds is tested sometimes,
@@ -194,6 +194,7 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         for (Waiting { place, witness }, meets) in retest.test() {
+            learn(&mut pairs.holds, meets);
             if meets {
                 pairs.at_mut(place).hold(frame.number);
                 let key = pairs.key(place);
@@ -225,18 +226,19 @@ impl Revisit {
     ) -> Option<[u32; 2]> {
         let key = pairs.key(place);
         let pair = frame.bodies.pair(key)?;
-        let state = pairs.state(place, frame);
         // Tested sometimes even if not expected to meet, because the expectation may be outdated.
-        let is_due =
-            state.nearby >= LEAST_NEARBY || (frame.number ^ key).is_multiple_of(PER_NEARBY);
+        let is_due = pairs.nearby >= LEAST_NEARBY || (frame.number ^ key).is_multiple_of(PER_NEARBY);
+        let mut nearby = pairs.nearby;
+        let state = pairs.state(place, frame);
         let mut met = None;
         if is_due && deadline.has_room(WORK_PER_NEIGHBORS) {
             deadline.spend(WORK_PER_NEIGHBORS);
             self.searches.work += WORK_PER_NEIGHBORS;
             met = beside(pair, &mut state.memory);
-            state.learn_nearby(met.is_some());
+            learn(&mut nearby, met.is_some());
         }
         state.note_test(met, frame.number);
+        pairs.nearby = nearby;
         pairs.note(place, frame.number);
         met
     }
