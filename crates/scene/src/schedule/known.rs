@@ -42,17 +42,18 @@ pub(crate) struct Known {
     pub cost: u32,
     /// [`PairState::steadiness`] in parts of 255.
     steadiness: u8,
-    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`]; 0 if the boxes are separated.
+    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`]; 0 if the boxes are separated.
     flags: u8,
 }
 
 /// Flags of a pair: the boxes overlap; it was decided; the bodies met when last decided; their
-/// witnesses were lost since; estimates of it were reported.
+/// witnesses were lost since; estimates of it were reported; it is ranked before others.
 const OVERLAPS: u8 = 1;
 const DECIDED: u8 = 2;
 const MET: u8 = 4;
 const LOST: u8 = 8;
 const TOLD: u8 = 16;
+const HOT: u8 = 32;
 
 const _: () = assert!(size_of::<Known>() == 32);
 
@@ -100,7 +101,7 @@ impl Known {
     /// Stores the summary of a state that was updated in `frame`.
     pub fn note(&mut self, state: &PairState, frame: u64) {
         (self.cost, self.steadiness) = (state.cost(), (state.steadiness * 255.0) as u8);
-        self.flags = OVERLAPS | if state.has_told() { TOLD } else { 0 };
+        self.flags = OVERLAPS | self.flags & HOT | if state.has_told() { TOLD } else { 0 };
         if state.met() || state.completed > 0 {
             self.since = state.completed as u32;
         }
@@ -203,6 +204,15 @@ impl Known {
     /// Records that what finished it still holds in `frame`.
     pub fn stay(&mut self, frame: u64) {
         self.since = frame as u32;
+    }
+
+    /// True if it is ranked in each frame; others take turns.
+    pub fn is_hot(&self) -> bool {
+        self.is(HOT)
+    }
+
+    pub fn set_hot(&mut self, is_hot: bool) {
+        self.flags = if is_hot { self.flags | HOT } else { self.flags & !HOT };
     }
 
     /// True if its witnesses were lost since then.

@@ -6,7 +6,7 @@
 use super::job::{Job, outlook};
 use super::known::Known;
 use super::pairs::Pairs;
-use super::revisit::Meeting;
+use super::revisit::Decision;
 use super::tally::Tallies;
 use super::turns::RoundRobin;
 use crate::ask::TurnKind;
@@ -34,7 +34,7 @@ pub(crate) struct Listing<'l> {
     pub tallies: &'l mut Tallies,
     pub listed: &'l mut Tallies,
     /// Pairs that were found to meet before the list, ascending.
-    pub found: &'l [Meeting],
+    pub found: &'l [Decision],
     /// Index of the next of them to be listed.
     pub next_found: usize,
     /// True if something depends on the forecasts of the jobs.
@@ -211,20 +211,15 @@ impl<'l> Listing<'l> {
         self.list_found_until(self.next_found + count);
     }
 
-    /// Lists a pair that was found to meet. Its result is complete.
+    /// Lists a pair that was decided before. Its result is complete.
     #[inline(always)]
-    fn list_found(&mut self, met: Meeting, ids: [BodyId; 2]) {
+    fn list_found(&mut self, pair: Decision, ids: [BodyId; 2]) {
         let Frame { bodies, number, .. } = *self.frame;
         self.turns
-            .list(met.key, || bodies.last_change(met.key) == number, || false);
-        self.report.push_complete(
-            ids,
-            Verdict::Intersecting {
-                witness: met.witness,
-            },
-            1,
-            0,
-        );
+            .list(pair.key, || bodies.last_change(pair.key) == number, || false);
+        let verdict = pair.verdict();
+        let found = u64::from(verdict.meets());
+        self.report.push_complete(ids, verdict, found, 0);
     }
 
     /// Lists a pair if its boxes overlap; true if they do. `SPECIAL`: the pair may have other

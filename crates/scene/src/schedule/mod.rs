@@ -186,27 +186,33 @@ impl Schedule {
     ) -> Option<[Duration; 2]> {
         let whole = frame.is_timed().then_some(frame.times);
         if frame.mode != Mode::Any {
-            self.revisit.skip();
+            self.revisit.begin();
             return whole;
         }
         let work = frame.budget.work_limit().map_or(u64::MAX, |work| {
             work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
         });
-        let searches = frame.cut && frame.budget.work_limit().is_none();
+        let searches = (frame.cut || self.open > 0) && frame.budget.work_limit().is_none();
         let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * REVISIT));
         let deadline = || Deadline::of_a_part(end, work, frame.clock);
-        self.revisit.test(frame, broad, pairs, &mut deadline());
-        let [began, limit] = whole?;
+        let mut hands = Hands {
+            batches: &mut self.batches,
+            scratch,
+            end,
+            dealt: 0,
+        };
+        let tests = self.revisit.begin();
         if searches {
-            let mut hands = Hands {
-                batches: &mut self.batches,
-                scratch,
-                end,
-                dealt: 0,
-            };
+            self.revisit.take_turns(frame, broad, pairs, &mut hands);
+        }
+        self.revisit
+            .test(frame, broad, pairs, tests, &mut deadline());
+        if searches {
             self.revisit
                 .search(frame, broad, pairs, &mut hands, &mut deadline());
         }
+        self.revisit.end();
+        let [began, limit] = whole?;
         let ended = frame.clock.now();
         let of_list = pace::listing(self.revisit.found.len());
         let end = began.saturating_add(limit.saturating_sub(of_list));

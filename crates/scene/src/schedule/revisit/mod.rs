@@ -17,6 +17,7 @@ use crate::pair::batch::Batch;
 use crate::pair::frame::Frame;
 use crate::pair::retest::{Retest, Waiting, beside};
 use crate::pair::spent::Spent;
+use crate::pair::state::NO_TRIANGLES;
 use crate::room::reserve;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -25,8 +26,7 @@ use punctual::engine::Deadline;
 use punctual::{Verdict, Workspace};
 
 /// Limits for the pairs that a frame examines. It looks for pairs that met among at least `LEAST`
-/// known ones, or among `PER_TEST` for each test of the last frame. It looks for pairs to search
-/// among `LEAST`, and `PER_TEST` more for each search. For each `PER_REST` pairs it finds at most
+/// known ones, or among `PER_TEST` for each test of the last frame. For each `PER_REST` pairs it finds at most
 /// one that rests: listing these leaves less for the others.
 const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
@@ -44,21 +44,31 @@ fn is_worth_a_test(known: &Known, frame: &Frame) -> bool {
         && (!known.is_fickle() || (frame.number ^ known.key).is_multiple_of(PER_NEARBY))
 }
 
-/// A pair that was found to meet, with its witness.
+/// A pair that was decided before the list.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Meeting {
+pub(crate) struct Decision {
     pub key: PairKey,
-    pub witness: [u32; 2],
+    /// Two triangles that intersect; [`NO_TRIANGLES`] of separated bodies.
+    witness: [u32; 2],
 }
 
-impl Meeting {
-    /// The result of a pair, if its verdict has a witness that intersects.
+impl Decision {
+    /// The result of a pair, if it intersects or is separated.
     fn new(key: PairKey, verdict: Verdict) -> Option<Self> {
         // Bodies with margins do not occur here: they are not plain.
-        let Verdict::Intersecting { witness } = verdict else {
-            return None;
+        let witness = match verdict {
+            Verdict::Intersecting { witness } => witness,
+            Verdict::Separated => NO_TRIANGLES,
+            _ => return None,
         };
         Some(Self { key, witness })
+    }
+
+    pub fn verdict(self) -> Verdict {
+        match self.witness {
+            NO_TRIANGLES => Verdict::Separated,
+            witness => Verdict::Intersecting { witness },
+        }
     }
 }
 
@@ -73,8 +83,8 @@ pub(crate) struct Hands<'h> {
 
 #[derive(Debug, Default)]
 pub(crate) struct Revisit {
-    /// The pairs found to meet in this frame, ascending.
-    pub found: Vec<Meeting>,
+    /// The pairs decided in this frame, ascending after [`Revisit::end`].
+    pub found: Vec<Decision>,
     /// Places of the pairs whose witnesses are lost.
     lost: Vec<u32>,
     /// Number of tests of this frame, and work of its searches.
@@ -82,10 +92,16 @@ pub(crate) struct Revisit {
     searches: Spent,
     /// True if there is no room for more pairs.
     pub is_full: bool,
-    /// Where the next frame continues its tests; and where it continues its searches: of lost
-    /// pairs, of pairs whose boxes overlap deeply, and of others.
+    /// Where the next frame continues its tests; its ranks; and its turns.
     next: PairKey,
-    turns: [PairKey; 3],
+    next_ranked: PairKey,
+    turn: PairKey,
+    /// Time that the turns have saved for later frames, nanoseconds; negative if they owe some.
+    credit: f64,
+    /// The gain of the pair at which the last frame ended its searches.
+    cutoff: f32,
+    /// Buffer: ranks and places.
+    ranks: Vec<u64>,
 }
 
 impl Revisit {
@@ -93,6 +109,7 @@ impl Revisit {
     pub fn reserve(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
         reserve(&mut self.lost, pairs);
+        reserve(&mut self.ranks, pairs);
     }
 
     /// Work of this frame.
@@ -104,28 +121,30 @@ impl Revisit {
         }
     }
 
-    /// Resets the results, for a frame without tests.
-    pub fn skip(&mut self) {
+    /// Resets the results. Returns the number of tests of the last frame.
+    pub fn begin(&mut self) -> usize {
+        let tests = self.tests;
         self.found.clear();
         self.lost.clear();
         (self.tests, self.searches, self.is_full) = (0, Spent::default(), false);
+        tests
     }
 
     /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If
-    /// the last frame was cut, pairs that rest are also found, so that they are listed.
+    /// the last frame was cut, pairs that rest are also found, so that they are listed. `tests`: their
+    /// number in the last frame.
     pub fn test(
         &mut self,
         frame: &Frame,
         broad: &Broad,
         pairs: &mut Pairs,
+        tests: usize,
         deadline: &mut Deadline,
     ) {
-        let enough = LEAST.max(PER_TEST * self.tests);
-        self.skip();
+        let enough = LEAST.max(PER_TEST * tests);
         if !frame.cut && !frame.moved {
             return;
         }
-        let first = self.next;
         let is_free = frame.budget.is_unlimited();
         let most = if is_free { usize::MAX } else { enough };
         let (known, mut place) = (pairs.len(), pairs.place(self.next));
@@ -151,7 +170,8 @@ impl Revisit {
             // A pair that moved in this frame does not rest, whatever its state says.
             let changed = frame.changed(key);
             let rests = changed < frame.number && pairs.state(place, frame).completed >= changed;
-            if (frame.cut || !rests) && is_plain(key, frame, broad) {
+            let is_open = (frame.cut || !rests) && !pairs.at(place).is_completed(frame.number);
+            if is_open && is_plain(key, frame, broad) {
                 if rests {
                     if resting == 0 {
                         break;
@@ -159,7 +179,7 @@ impl Revisit {
                     resting -= 1;
                     let state = pairs.state(place, frame);
                     state.decided = frame.number;
-                    self.found.extend(Meeting::new(key, state.verdict));
+                    self.found.extend(Decision::new(key, state.verdict));
                     pairs.at_mut(place).stay(frame.number);
                 } else if is_worth_a_test(pairs.at(place), frame) {
                     deadline.spend(WORK_PER_WITNESS);
@@ -179,10 +199,11 @@ impl Revisit {
         }
         self.end_tests(&mut retest, frame, pairs, deadline);
         self.next = if place < known { pairs.key(place) } else { 0 };
-        // They are nearly ascending, but for the turn.
-        let turn = self.found.iter().position(|meeting| meeting.key < first);
-        self.found.rotate_left(turn.unwrap_or(0));
-        self.found.sort_unstable_by_key(|meeting| meeting.key);
+    }
+
+    /// Sorts the pairs decided.
+    pub fn end(&mut self) {
+        self.found.sort_unstable_by_key(|decision| decision.key);
     }
 
     /// Tests the pairs that wait.
@@ -198,7 +219,7 @@ impl Revisit {
             if meets {
                 pairs.at_mut(place).hold(frame.number);
                 let key = pairs.key(place);
-                self.found.push(Meeting { key, witness });
+                self.found.push(Decision { key, witness });
             } else {
                 self.lose(place, frame, pairs, deadline);
             }
@@ -210,7 +231,7 @@ impl Revisit {
         match self.test_beside(place, frame, pairs, deadline) {
             Some(witness) => {
                 let key = pairs.key(place);
-                self.found.push(Meeting { key, witness });
+                self.found.push(Decision { key, witness });
             }
             None => self.lost.push(place as u32),
         }
@@ -243,11 +264,6 @@ impl Revisit {
         met
     }
 
-    /// Inserts a pair that meets.
-    fn find(&mut self, met: Meeting) {
-        let at = self.found.partition_point(|other| other.key < met.key);
-        self.found.insert(at, met);
-    }
 }
 
 /// True if the only question of a pair is whether these two bodies meet.
