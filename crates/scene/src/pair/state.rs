@@ -203,7 +203,11 @@ impl PairState {
     pub fn cost(&self) -> u32 {
         match self.search {
             0 => 0,
-            search => capped(u64::from(search).saturating_sub(self.pending.work).max(MAX_STEP_WORK)),
+            search => capped(
+                u64::from(search)
+                    .saturating_sub(self.pending.work)
+                    .max(MAX_STEP_WORK),
+            ),
         }
     }
 

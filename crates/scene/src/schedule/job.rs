@@ -87,8 +87,7 @@ pub(crate) fn outlook(
             let skin = frame.bodies.pair(key).map_or(0.0, margins);
             // A part of the contacts may be of little use.
             let touch = state.and_then(|state| state.touch.as_ref());
-            let whole = touch
-                .filter(|touch| touch.completed >= touch.since);
+            let whole = touch.filter(|touch| touch.completed >= touch.since);
             let drift = whole.map_or(f64::INFINITY, |touch| {
                 frame.bodies.drift(key, touch, frame.number)
             });
@@ -98,7 +97,7 @@ pub(crate) fn outlook(
         TurnKind::Meet | TurnKind::Motion => {
             let part = frame.bodies.common_part(bodies_of(key)).unwrap_or(0.0);
             let age = (frame.number - frame.decided(known.since(frame.number))) as f32;
-            Forecast::new(known, age, sizes, part as f32)
+            Forecast::new(known, age, sizes, part)
         }
     };
     let urgency = if special && kind != TurnKind::Contacts {

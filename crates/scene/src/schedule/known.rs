@@ -212,7 +212,11 @@ impl Known {
     }
 
     pub fn set_hot(&mut self, is_hot: bool) {
-        self.flags = if is_hot { self.flags | HOT } else { self.flags & !HOT };
+        self.flags = if is_hot {
+            self.flags | HOT
+        } else {
+            self.flags & !HOT
+        };
     }
 
     /// True if its witnesses were lost since then.

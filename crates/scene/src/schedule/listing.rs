@@ -215,8 +215,11 @@ impl<'l> Listing<'l> {
     #[inline(always)]
     fn list_found(&mut self, pair: Decision, ids: [BodyId; 2]) {
         let Frame { bodies, number, .. } = *self.frame;
-        self.turns
-            .list(pair.key, || bodies.last_change(pair.key) == number, || false);
+        self.turns.list(
+            pair.key,
+            || bodies.last_change(pair.key) == number,
+            || false,
+        );
         let verdict = pair.verdict();
         let found = u64::from(verdict.meets());
         self.report.push_complete(ids, verdict, found, 0);
@@ -314,8 +317,14 @@ impl<'l> Listing<'l> {
             if is_known {
                 state.completed = number;
             }
-            let (forecast, rank) =
-                outlook(self.frame, &known, Some(state), kind, look.nearness, self.expects);
+            let (forecast, rank) = outlook(
+                self.frame,
+                &known,
+                Some(state),
+                kind,
+                look.nearness,
+                self.expects,
+            );
             probability = forecast.probability;
             self.jobs.push(Job {
                 key,

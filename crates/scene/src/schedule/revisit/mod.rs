@@ -35,7 +35,7 @@ const PER_REST: usize = 16;
 /// The neighbors of a lost witness are tested if they met at least this often, and otherwise in one
 /// frame of `PER_NEARBY`; so are witnesses that rarely hold.
 const LEAST_NEARBY: f32 = 0.15;
-const PER_NEARBY: u64 = 16;
+const PER_NEARBY: u64 = 32;
 
 /// True if the witness of a pair that met is to be tested. One that rarely holds is tested sometimes,
 /// because that may change.
@@ -85,8 +85,6 @@ pub(crate) struct Hands<'h> {
 pub(crate) struct Revisit {
     /// The pairs decided in this frame, ascending after [`Revisit::end`].
     pub found: Vec<Decision>,
-    /// Places of the pairs whose witnesses are lost.
-    lost: Vec<u32>,
     /// Number of tests of this frame, and work of its searches.
     tests: usize,
     searches: Spent,
@@ -108,7 +106,6 @@ impl Revisit {
     /// Reserves room for this many pairs.
     pub fn reserve(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
-        reserve(&mut self.lost, pairs);
         reserve(&mut self.ranks, pairs);
     }
 
@@ -125,7 +122,6 @@ impl Revisit {
     pub fn begin(&mut self) -> usize {
         let tests = self.tests;
         self.found.clear();
-        self.lost.clear();
         (self.tests, self.searches, self.is_full) = (0, Spent::default(), false);
         tests
     }
@@ -161,17 +157,25 @@ impl Revisit {
             if met.is_none() {
                 continue;
             }
-            let taken = self.found.len() + retest.waiting.len() + self.lost.len();
+            let taken = self.found.len() + retest.waiting.len();
             self.is_full = taken >= self.found.capacity();
             if self.is_full || !deadline.has_room(WORK_PER_WITNESS) {
                 break;
             }
-            let key = pairs.key(place);
+            let (key, known) = (pairs.key(place), pairs.at(place));
+            let (is_worth, is_done) = (
+                is_worth_a_test(known, frame),
+                known.is_completed(frame.number),
+            );
             // A pair that moved in this frame does not rest, whatever its state says.
             let changed = frame.changed(key);
             let rests = changed < frame.number && pairs.state(place, frame).completed >= changed;
-            let is_open = (frame.cut || !rests) && !pairs.at(place).is_completed(frame.number);
-            if is_open && is_plain(key, frame, broad) {
+            let is_due = if rests {
+                frame.cut
+            } else {
+                is_worth && !is_done
+            };
+            if is_due && is_plain(key, frame, broad) {
                 if rests {
                     if resting == 0 {
                         break;
@@ -181,7 +185,7 @@ impl Revisit {
                     state.decided = frame.number;
                     self.found.extend(Decision::new(key, state.verdict));
                     pairs.at_mut(place).stay(frame.number);
-                } else if is_worth_a_test(pairs.at(place), frame) {
+                } else {
                     deadline.spend(WORK_PER_WITNESS);
                     self.tests += 1;
                     if !retest.add(key, place, pairs.at(place).witness()) {
@@ -190,9 +194,6 @@ impl Revisit {
                     if retest.waiting.is_full() {
                         self.end_tests(&mut retest, frame, pairs, deadline);
                     }
-                } else if !is_free {
-                    // Without a budget the pair is searched when it is listed.
-                    self.lost.push(place as u32);
                 }
             }
             (place, left) = (place + 1, left - 1);
@@ -228,12 +229,9 @@ impl Revisit {
 
     /// A witness no longer meets: its neighbors may.
     fn lose(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
-        match self.test_beside(place, frame, pairs, deadline) {
-            Some(witness) => {
-                let key = pairs.key(place);
-                self.found.push(Decision { key, witness });
-            }
-            None => self.lost.push(place as u32),
+        if let Some(witness) = self.test_beside(place, frame, pairs, deadline) {
+            let key = pairs.key(place);
+            self.found.push(Decision { key, witness });
         }
     }
 
@@ -248,7 +246,8 @@ impl Revisit {
         let key = pairs.key(place);
         let pair = frame.bodies.pair(key)?;
         // Tested sometimes even if not expected to meet, because the expectation may be outdated.
-        let is_due = pairs.nearby >= LEAST_NEARBY || (frame.number ^ key).is_multiple_of(PER_NEARBY);
+        let is_due =
+            pairs.nearby >= LEAST_NEARBY || (frame.number ^ key).is_multiple_of(PER_NEARBY);
         let mut nearby = pairs.nearby;
         let state = pairs.state(place, frame);
         let mut met = None;
@@ -263,17 +262,15 @@ impl Revisit {
         pairs.note(place, frame.number);
         met
     }
-
 }
 
 /// True if the only question of a pair is whether these two bodies meet.
 #[inline(always)]
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
-    // Two fixed bodies may be known because their distance was measured.
-    !bodies.is_special(key)
+    // Two fixed bodies are known if their distance was measured: then a body is, or was, special.
+    !(bodies.has_special && (bodies.is_special(key) || !broad.compares(pair)))
         && !bodies.wants_contacts(key)
-        && broad.compares(pair)
         && bodies.may_meet(pair)
-        && !broad.is_of_another(bodies, pair)
+        && !(bodies.has_removed && broad.is_of_another(bodies, pair))
 }

@@ -1,7 +1,9 @@
-//! Searches before the broad phase: known pairs that the tests of their witnesses leave open.
+//! Searches before the broad phase: known pairs that the tests of their witnesses leave open. A pair is
+//! *hot* if it met, or if its rank is not far below that at which the last frame ended its searches.
 //!
 //! First the pairs whose turn it is, in a share of the frame that what a long search takes beyond it
-//! reduces in later frames. Then all others by rank.
+//! reduces in later frames. Then others by rank: the hot ones, and those of the rest that a part of the
+//! time suffices to rank.
 
 use super::{Decision, Hands, Revisit, is_plain};
 use crate::ask::TurnKind;
@@ -82,18 +84,22 @@ impl Revisit {
     ) {
         let mut ranks = mem::take(&mut self.ranks);
         ranks.clear();
-        for &place in &self.lost {
-            ranks.push(rank(place as usize, frame, pairs).1);
-        }
         if frame.bodies.changed > 0 {
             let (known, start) = (pairs.len(), pairs.place(self.next_ranked));
-            for place in 0..known {
-                if pairs.at(place).is_hot() {
+            for place in (start..known).chain(0..start) {
+                let known = pairs.at(place);
+                let is_hot = known.is_hot() || known.met();
+                if is_hot && !known.is_completed(frame.number) {
+                    if !deadline.has_room(LEAST_WORK) {
+                        break;
+                    }
                     self.heat(place, frame, broad, pairs, &mut ranks, deadline);
                 }
             }
             let now = frame.clock.now();
-            let time = hands.end.map_or(Duration::ZERO, |end| end.saturating_sub(now));
+            let time = hands
+                .end
+                .map_or(Duration::ZERO, |end| end.saturating_sub(now));
             let end = now.saturating_add(time / RANKING);
             let mut part = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
             self.next_ranked = 0;
@@ -124,8 +130,7 @@ impl Revisit {
         self.ranks = ranks;
     }
 
-    /// Ranks a pair, if it is to be searched and its rank is not far below that at which the last frame
-    /// ended.
+    /// Ranks a pair, if it is to be searched.
     #[inline(always)]
     fn heat(
         &mut self,
@@ -142,7 +147,7 @@ impl Revisit {
             deadline.spend(WORK_PER_LISTED_PAIR);
             let (is_important, rank) = rank(place, frame, pairs);
             is_hot = is_important || COOLING * gain(rank) >= self.cutoff;
-            ranks.extend(is_hot.then_some(rank));
+            ranks.push(rank);
         }
         pairs.at_mut(place).set_hot(is_hot);
     }
@@ -158,14 +163,15 @@ impl Revisit {
     fn is_sought(&self, place: usize, frame: &Frame, broad: &Broad, pairs: &mut Pairs) -> bool {
         let (key, number) = (pairs.key(place), frame.number);
         // The stopped run of bodies at rest is resumed later.
-        if frame.changed(key) < number || !frame.bodies.overlap(bodies_of(key)) {
+        if pairs.at(place).is_completed(number)
+            || frame.changed(key) < number
+            || !frame.bodies.overlap(bodies_of(key))
+        {
             return false;
         }
         pairs
             .overlapping(place, true, number)
-            .is_some_and(|known| {
-                !known.is_completed(number) && !known.stays_apart(frame.bodies, number)
-            })
+            .is_some_and(|known| !known.stays_apart(frame.bodies, number))
             && is_plain(key, frame, broad)
     }
 
