@@ -20,7 +20,7 @@ use punctual::{PairMemory, Verdict};
 const TOLD: usize = 8;
 
 /// Number of tests over which the steadiness of a pair is averaged.
-const TESTS_OF_STEADINESS: f32 = 8.0;
+const TESTS_OF_STEADINESS: f32 = 4.0;
 
 /// A witness that exists in no pair of trees.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
