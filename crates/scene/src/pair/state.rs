@@ -217,6 +217,15 @@ impl PairState {
         self.verdict.meets()
     }
 
+    /// The triangles (tree order) that met last, or that were within the margins.
+    pub fn witness(&self) -> Option<[u32; 2]> {
+        let closest = self.memory.closest();
+        match self.verdict {
+            Verdict::Within { .. } => closest,
+            _ => self.memory.witness(0).or(closest),
+        }
+    }
+
     /// Records that the bodies are separated until the sum of their displacements reaches `until`;
     /// a negative value proves nothing.
     pub fn note_apart(&mut self, until: f64) {
@@ -232,11 +241,12 @@ impl PairState {
     /// pair was decided.
     #[cold]
     pub fn went_on_meeting(&mut self, witness: Option<[u32; 2]>, frame: u64) {
+        let met = witness.map(|witness| Verdict::Intersecting { witness });
         for _ in self.decided.max(frame.saturating_sub(MOST_TESTS)) + 1..frame {
             self.learn_steadiness(1.0);
         }
-        if witness.is_some() {
-            self.note_test(witness, frame);
+        if met.is_some() {
+            self.note_test(met, frame);
         }
     }
 
@@ -329,16 +339,16 @@ impl PairState {
         }
     }
 
-    /// Records a test of its latest witnesses in `frame`. `witness` is the one that still meets, if
+    /// Records a test of its latest witnesses in `frame`: the verdict of the one that still meets, if
     /// any.
-    pub fn note_test(&mut self, witness: Option<[u32; 2]>, frame: u64) {
-        self.learn_steadiness(if witness.is_some() { 1.0 } else { 0.0 });
-        let Some(witness) = witness else {
+    pub fn note_test(&mut self, met: Option<Verdict>, frame: u64) {
+        self.learn_steadiness(if met.is_some() { 1.0 } else { 0.0 });
+        let Some(verdict) = met else {
             self.refuted = frame as u32;
             return;
         };
         (self.completed, self.pending) = (frame, Spent::default());
-        self.decide(Verdict::Intersecting { witness }, 1, frame);
+        self.decide(verdict, 1, frame);
     }
 
     fn learn_steadiness(&mut self, held: f32) {

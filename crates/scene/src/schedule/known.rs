@@ -109,7 +109,7 @@ impl Known {
             self.flags |= DECIDED;
         }
         if state.met() {
-            let [x, y] = state.memory.witness(0).unwrap_or(NO_TRIANGLES);
+            let [x, y] = state.witness().unwrap_or(NO_TRIANGLES);
             self.flags |= MET | if state.is_lost(frame) { LOST } else { 0 };
             self.proof = u64::from(x) << 32 | u64::from(y);
         } else {

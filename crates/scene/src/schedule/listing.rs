@@ -220,9 +220,11 @@ impl<'l> Listing<'l> {
             || bodies.last_change(pair.key) == number,
             || false,
         );
-        let verdict = pair.verdict();
-        let found = u64::from(verdict.meets());
-        self.report.push_complete(ids, verdict, found, 0);
+        let found = match pair.verdict {
+            Verdict::Intersecting { .. } | Verdict::Within { .. } => 1,
+            _ => 0,
+        };
+        self.report.push_complete(ids, pair.verdict, found, 0);
     }
 
     /// Lists a pair if its boxes overlap; true if they do. `SPECIAL`: the pair may have other

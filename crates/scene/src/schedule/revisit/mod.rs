@@ -15,9 +15,8 @@ use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::id::{PairKey, bodies_of};
 use crate::pair::batch::Batch;
 use crate::pair::frame::Frame;
-use crate::pair::retest::{Retest, Waiting, beside};
+use crate::pair::retest::{Retest, Waiting, beside, within};
 use crate::pair::spent::Spent;
-use crate::pair::state::NO_TRIANGLES;
 use crate::room::reserve;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -48,28 +47,7 @@ fn is_worth_a_test(known: &Known, frame: &Frame) -> bool {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Decision {
     pub key: PairKey,
-    /// Two triangles that intersect; [`NO_TRIANGLES`] of separated bodies.
-    witness: [u32; 2],
-}
-
-impl Decision {
-    /// The result of a pair, if it intersects or is separated.
-    fn new(key: PairKey, verdict: Verdict) -> Option<Self> {
-        // Bodies with margins do not occur here: they are not plain.
-        let witness = match verdict {
-            Verdict::Intersecting { witness } => witness,
-            Verdict::Separated => NO_TRIANGLES,
-            _ => return None,
-        };
-        Some(Self { key, witness })
-    }
-
-    pub fn verdict(self) -> Verdict {
-        match self.witness {
-            NO_TRIANGLES => Verdict::Separated,
-            witness => Verdict::Intersecting { witness },
-        }
-    }
+    pub verdict: Verdict,
 }
 
 /// The batches that receive searches, a workspace, and the time at which they end.
@@ -183,12 +161,15 @@ impl Revisit {
                     resting -= 1;
                     let state = pairs.state(place, frame);
                     state.decided = frame.number;
-                    self.found.extend(Decision::new(key, state.verdict));
+                    let verdict = state.verdict;
+                    self.found.push(Decision { key, verdict });
                     pairs.at_mut(place).stay(frame.number);
                 } else {
                     deadline.spend(WORK_PER_WITNESS);
                     self.tests += 1;
-                    if !retest.add(key, place, pairs.at(place).witness()) {
+                    if frame.bodies.has_special && frame.bodies.is_special(key) {
+                        self.test_margins(place, frame, pairs);
+                    } else if !retest.add(key, place, pairs.at(place).witness()) {
                         self.lose(place, frame, pairs, deadline);
                     }
                     if retest.waiting.is_full() {
@@ -219,19 +200,34 @@ impl Revisit {
             learn(&mut pairs.holds, meets);
             if meets {
                 pairs.at_mut(place).hold(frame.number);
-                let key = pairs.key(place);
-                self.found.push(Decision { key, witness });
+                let (key, verdict) = (pairs.key(place), Verdict::Intersecting { witness });
+                self.found.push(Decision { key, verdict });
             } else {
                 self.lose(place, frame, pairs, deadline);
             }
         }
     }
 
+    /// Tests the witness of a pair of bodies with margins.
+    #[cold]
+    fn test_margins(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs) {
+        let (key, witness) = (pairs.key(place), pairs.at(place).witness());
+        let pair = frame.bodies.pair(key);
+        let met = pair
+            .and_then(|pair| within(pair, witness))
+            .map(|(witness, distance)| Verdict::of_witness(witness, distance));
+        learn(&mut pairs.holds, met.is_some());
+        pairs.state(place, frame).note_test(met, frame.number);
+        pairs.note(place, frame.number);
+        self.found
+            .extend(met.map(|verdict| Decision { key, verdict }));
+    }
+
     /// A witness no longer meets: its neighbors may.
     fn lose(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
         if let Some(witness) = self.test_beside(place, frame, pairs, deadline) {
-            let key = pairs.key(place);
-            self.found.push(Decision { key, witness });
+            let (key, verdict) = (pairs.key(place), Verdict::Intersecting { witness });
+            self.found.push(Decision { key, verdict });
         }
     }
 
@@ -257,19 +253,20 @@ impl Revisit {
             met = beside(pair, &mut state.memory);
             learn(&mut nearby, met.is_some());
         }
-        state.note_test(met, frame.number);
+        let verdict = met.map(|witness| Verdict::Intersecting { witness });
+        state.note_test(verdict, frame.number);
         pairs.nearby = nearby;
         pairs.note(place, frame.number);
         met
     }
 }
 
-/// True if the only question of a pair is whether these two bodies meet.
+/// True if the only question of a pair is whether these two bodies, thickened by their margins, meet.
 #[inline(always)]
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
     // Two fixed bodies are known if their distance was measured: then a body is, or was, special.
-    !(bodies.has_special && (bodies.is_special(key) || !broad.compares(pair)))
+    !(bodies.has_special && !(bodies.asks_only_contact(key) && broad.compares(pair)))
         && !bodies.wants_contacts(key)
         && bodies.may_meet(pair)
         && !(bodies.has_removed && broad.is_of_another(bodies, pair))

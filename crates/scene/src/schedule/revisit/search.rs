@@ -18,6 +18,7 @@ use crate::schedule::pairs::Pairs;
 use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
+use punctual::Verdict;
 use punctual::engine::Deadline;
 use punctual_geom::nanoseconds;
 
@@ -238,8 +239,10 @@ impl Revisit {
     /// Stores the result of a search.
     fn end_search(&mut self, searched: Turn, pairs: &mut Pairs) {
         self.searches.add(searched.spent);
-        self.found
-            .extend(Decision::new(searched.key(), searched.standing.verdict));
+        let (key, verdict) = (searched.key(), searched.standing.verdict);
+        if verdict != Verdict::Undecided {
+            self.found.push(Decision { key, verdict });
+        }
         pairs.put_back(searched.index as usize, searched.state, searched.known);
     }
 }
