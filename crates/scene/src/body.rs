@@ -246,6 +246,8 @@ pub(super) struct Bodies {
     pub weights: Weights,
     /// True if any body is, or was, [special](Facts::is_special).
     pub has_special: bool,
+    /// True if the importance of any body is, or was, above 0.
+    pub has_important: bool,
     /// True if any body was removed, so that slots may have another body than before.
     pub has_removed: bool,
     /// True if any body is, or was, filtered, a part of a compound, in a group, or in an ignored
@@ -427,6 +429,7 @@ impl Bodies {
             facts.is_member = placed.compound.is_some() || placed.group.is_some();
             facts.is_special = facts.is_measured || body.margin > 0.0 || placed.motion.is_some();
             self.has_special |= facts.is_special;
+            self.has_important |= facts.importance > 0.0;
             self.has_filtered |= facts.is_member || facts.filter != Filter::default();
             let mesh = body.tree.mesh();
             facts.size = libm::sqrtf(libm::sqrtf(mesh.len() as f32));

@@ -42,18 +42,21 @@ pub(crate) struct Known {
     pub cost: u32,
     /// [`PairState::steadiness`] in parts of 255.
     steadiness: u8,
-    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`]; 0 if the boxes are separated.
+    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`],
+    /// [`IMPORTANT`].
     flags: u8,
 }
 
 /// Flags of a pair: the boxes overlap; it was decided; the bodies met when last decided; their
-/// witnesses were lost since; estimates of it were reported; it is ranked before others.
+/// witnesses were lost since; estimates of it were reported; it is ranked before others; its
+/// importance is above 0.
 const OVERLAPS: u8 = 1;
 const DECIDED: u8 = 2;
 const MET: u8 = 4;
 const LOST: u8 = 8;
 const TOLD: u8 = 16;
 const HOT: u8 = 32;
+const IMPORTANT: u8 = 64;
 
 const _: () = assert!(size_of::<Known>() == 32);
 
@@ -67,13 +70,14 @@ impl Known {
             since: 0,
             cost: 0,
             steadiness: 0,
-            flags: 0,
+            flags: HOT,
         }
     }
 
     /// Records that the boxes overlap from `frame` on. `steadiness`: that of other pairs.
     pub fn begin(&mut self, frame: u64, steadiness: f32) {
-        (self.flags, self.since) = (OVERLAPS, (frame as u32).wrapping_sub(1));
+        self.flags |= OVERLAPS;
+        self.since = (frame as u32).wrapping_sub(1);
         self.steadiness = (steadiness * 255.0) as u8;
     }
 
@@ -101,7 +105,8 @@ impl Known {
     /// Stores the summary of a state that was updated in `frame`.
     pub fn note(&mut self, state: &PairState, frame: u64) {
         (self.cost, self.steadiness) = (state.cost(), (state.steadiness * 255.0) as u8);
-        self.flags = OVERLAPS | self.flags & HOT | if state.has_told() { TOLD } else { 0 };
+        self.flags =
+            OVERLAPS | self.flags & (HOT | IMPORTANT) | if state.has_told() { TOLD } else { 0 };
         if state.met() || state.completed > 0 {
             self.since = state.completed as u32;
         }
@@ -151,7 +156,8 @@ impl Known {
 
     /// Records that the triangles that met last also meet in `frame`.
     pub fn hold(&mut self, frame: u64) {
-        (self.flags, self.since) = (OVERLAPS | DECIDED | MET, frame as u32);
+        self.flags = self.flags & (HOT | IMPORTANT) | OVERLAPS | DECIDED | MET;
+        self.since = frame as u32;
     }
 
     /// How far the bodies may move before they may meet; negative if they have moved farther since
@@ -211,12 +217,15 @@ impl Known {
         self.is(HOT)
     }
 
-    pub fn set_hot(&mut self, is_hot: bool) {
-        self.flags = if is_hot {
-            self.flags | HOT
-        } else {
-            self.flags & !HOT
-        };
+    /// True if it is looked at before all others.
+    pub fn is_important(&self) -> bool {
+        self.is(IMPORTANT)
+    }
+
+    pub fn set_hot(&mut self, is_hot: bool, is_important: bool) {
+        let flag = |is_set: bool, flag: u8| if is_set { flag } else { 0 };
+        self.flags =
+            self.flags & !(HOT | IMPORTANT) | flag(is_hot, HOT) | flag(is_important, IMPORTANT);
     }
 
     /// True if its witnesses were lost since then.

@@ -34,14 +34,11 @@ const RANKING: u32 = 8;
 /// A pair is hot while its gain is at least that of the last one searched divided by this.
 const COOLING: f32 = 4.0;
 
-/// The upper half of the rank of pairs of no importance.
-const UNIMPORTANT: u64 = !(1 << 31) & 0xffff_ffff;
-
 /// Each thread searches this many pairs at once.
 const SEARCHES: usize = 4;
 
 impl Revisit {
-    /// Searches the pairs whose turn it is.
+    /// Searches the important pairs, and then those whose turn it is.
     pub fn take_turns(
         &mut self,
         frame: &Frame,
@@ -49,10 +46,16 @@ impl Revisit {
         pairs: &mut Pairs,
         hands: &mut Hands,
     ) {
+        if frame.bodies.changed == 0 {
+            return;
+        }
+        if frame.bodies.has_important {
+            self.search_important(frame, broad, pairs, hands);
+        }
         let [_, limit] = frame.times;
         let share = nanoseconds(limit) / TURNS;
         self.credit = (self.credit + share).min(2.0 * share);
-        if self.credit <= 0.0 || frame.bodies.changed == 0 {
+        if self.credit <= 0.0 {
             return;
         }
         let began = frame.clock.now();
@@ -71,6 +74,24 @@ impl Revisit {
         }
         self.run_searches(frame, pairs, hands);
         self.credit -= nanoseconds(frame.clock.now().saturating_sub(began));
+    }
+
+    fn search_important(
+        &mut self,
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        hands: &mut Hands,
+    ) {
+        let mut deadline = Deadline::of_a_part(hands.end, u64::MAX, frame.clock);
+        for place in 0..pairs.len() {
+            if pairs.at(place).is_important() && self.is_sought(place, frame, broad, pairs) {
+                if !self.has_room(hands, &mut deadline) {
+                    break;
+                }
+                self.ask(place, frame, pairs, hands, &mut deadline);
+            }
+        }
     }
 
     /// Ranks the lost pairs, and, if bodies have moved, those that did not meet. Then searches as many
@@ -143,14 +164,16 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         deadline.spend(WORK_PER_PAIR_APART);
-        let mut is_hot = false;
+        let facts = frame.bodies.facts_of(pairs.key(place));
+        let is_important = facts.iter().any(|facts| facts.importance > 0.0);
+        let mut is_hot = is_important;
         if self.is_sought(place, frame, broad, pairs) && ranks.len() < ranks.capacity() {
             deadline.spend(WORK_PER_LISTED_PAIR);
-            let (is_important, rank) = rank(place, frame, pairs);
-            is_hot = is_important || COOLING * gain(rank) >= self.cutoff;
+            let rank = rank(place, frame, pairs);
+            is_hot |= COOLING * gain(rank) >= self.cutoff;
             ranks.push(rank);
         }
-        pairs.at_mut(place).set_hot(is_hot);
+        pairs.at_mut(place).set_hot(is_hot, is_important);
     }
 
     fn has_room(&mut self, hands: &Hands, deadline: &mut Deadline) -> bool {
@@ -158,16 +181,23 @@ impl Revisit {
         deadline.has_room(LEAST_WORK) && !self.is_full
     }
 
-    /// True if a pair should be searched before it is listed: its boxes overlap, its bodies moved, and
-    /// it is not decided.
+    /// True if a pair should be searched before it is listed: its boxes overlap, and it is neither
+    /// decided nor has its bodies at rest a stopped run, which is resumed later.
     #[inline(always)]
     fn is_sought(&self, place: usize, frame: &Frame, broad: &Broad, pairs: &mut Pairs) -> bool {
-        let (key, number) = (pairs.key(place), frame.number);
-        // The stopped run of bodies at rest is resumed later.
-        if pairs.at(place).is_completed(number)
-            || frame.changed(key) < number
-            || !frame.bodies.overlap(bodies_of(key))
-        {
+        let (known, number, changed) = (
+            pairs.at(place),
+            frame.number,
+            frame.changed(pairs.key(place)),
+        );
+        let key = known.key;
+        let is_done = known.is_completed(number)
+            || changed < number
+                && match known.is_decided() {
+                    true => known.since(number) >= changed,
+                    false => known.cost > 0,
+                };
+        if is_done || !frame.bodies.overlap(bodies_of(key)) {
             return false;
         }
         pairs
@@ -247,13 +277,13 @@ impl Revisit {
     }
 }
 
-/// The rank of a pair, with its place in the low 32 bits, ascending; true if it is important.
+/// The rank of a pair, with its place in the low 32 bits, ascending.
 #[inline(always)]
-fn rank(place: usize, frame: &Frame, pairs: &Pairs) -> (bool, u64) {
+fn rank(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
     let (_, rank) = outlook(frame, pairs.at(place), None, TurnKind::Meet, None, true);
     // Of the importance and of the gain the upper halves tell enough.
     let halves = rank >> 32 & 0xffff_0000 | rank >> 16 & 0xffff;
-    (rank >> 32 < UNIMPORTANT, halves << 32 | place as u64)
+    halves << 32 | place as u64
 }
 
 /// The gain in a rank.
