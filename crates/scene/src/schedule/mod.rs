@@ -78,8 +78,10 @@ use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
 
-/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame.
+/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame; and
+/// the end of a search begun before that.
 const REVISIT: u32 = 13;
+const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
 /// Minimum number of known pairs per part of the list if their jobs are short.
@@ -193,12 +195,16 @@ impl Schedule {
             work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
         });
         let searches = (frame.cut || self.open > 0) && frame.budget.work_limit().is_none();
-        let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * REVISIT));
+        let after =
+            |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
+        let (end, latest_end) = (after(REVISIT), after(LATEST));
         let deadline = || Deadline::of_a_part(end, work, frame.clock);
         let mut hands = Hands {
             batches: &mut self.batches,
             scratch,
             end,
+            latest_end,
+            latest: Deadline::of_a_part(latest_end, u64::MAX, frame.clock),
             dealt: 0,
         };
         let tests = self.revisit.begin();

@@ -50,11 +50,15 @@ pub(crate) struct Decision {
     pub verdict: Verdict,
 }
 
-/// The batches that receive searches, a workspace, and the time at which they end.
-pub(crate) struct Hands<'h> {
+/// The batches that receive searches, a workspace, the time until which they begin, and the time at
+/// which the last must end: what is cut short is lost.
+pub(crate) struct Hands<'h, 'c> {
     pub batches: &'h mut [Batch],
     pub scratch: &'h mut Box<Workspace>,
     pub end: Option<Duration>,
+    pub latest_end: Option<Duration>,
+    /// The latter, for searches on this thread: a deadline in use knows the pace of the work.
+    pub latest: Deadline<'c>,
     /// Number of searches dealt.
     pub dealt: usize,
 }

@@ -225,14 +225,14 @@ impl Revisit {
             ..pairs.take(place, frame.number)
         };
         if threads == 1 {
-            // A deadline in use knows the pace of the work.
             let mut searched = dealt;
             searched.search(
                 frame.bodies,
                 hands.scratch,
                 &round_of_searches(frame, None),
-                deadline,
+                &mut hands.latest,
             );
+            deadline.spend(searched.spent.work);
             return self.end_search(searched, pairs);
         }
         hands.batches[hands.dealt % threads].turns.push(dealt);
@@ -252,15 +252,11 @@ impl Revisit {
         let Hands {
             batches,
             scratch,
-            end,
+            latest_end,
             ..
         } = hands;
-        frame.crew.run(
-            batches,
-            &round_of_searches(frame, *end),
-            frame.bodies,
-            scratch,
-        );
+        let round = round_of_searches(frame, *latest_end);
+        frame.crew.run(batches, &round, frame.bodies, scratch);
         for searched in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
             self.end_search(searched, pairs);
         }
