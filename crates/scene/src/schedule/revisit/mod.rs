@@ -1,10 +1,9 @@
 //! The first step of a frame: known pairs are tested again.
 //!
 //! Most pairs that met in the last frame still meet. Two triangles prove it for the current poses,
-//! whether the bodies are placed and paired or not. If time is limited and the last frame was cut
-//! short, pairs whose witnesses are lost are searched next, and then all other known pairs. The
-//! pairs found are reported even if the list of the frame ends before them, and so are pairs that
-//! met and rest.
+//! whether the bodies are placed and paired or not. If time is limited and the last frame left pairs
+//! open, known pairs are also [searched](search). The pairs decided are reported even if the list of the
+//! frame ends before them, and so are pairs that met and rest.
 
 mod search;
 
