@@ -3785,7 +3785,7 @@ punctual_status punctual_scene_set_mode(struct punctual_scene *scene, uint32_t m
 punctual_status punctual_scene_set_reach(struct punctual_scene *scene, uint32_t reach);
 
 /**
- * Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 72 bytes, and
+ * Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 88 bytes, and
  * about 430 more
  * from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the
  * room is
@@ -3809,7 +3809,7 @@ punctual_status punctual_scene_use_threads(struct punctual_scene *scene,
 
 /**
  * Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do. Within this room
- * `punctual_scene_detect` does not allocate. Takes about 860 bytes a body and 920 a pair.
+ * `punctual_scene_detect` does not allocate. Takes about 860 bytes a body and 960 a pair.
  *
  * Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
  */

@@ -128,36 +128,23 @@ impl<'t> Query<'t, Intersection> {
     }
 
     /// Prepares the workspace for a run within a larger task, which runs to its end (`complete`) or
-    /// may be cut. The first `refuted` of the latest witnesses do not intersect at this pose.
+    /// may be cut. It begins at the roots, whatever is remembered.
     ///
     /// Triangle batches are full; small budgets of scenes then find more.
     #[doc(hidden)]
     #[inline]
-    pub fn begin_task(
-        &self,
-        complete: bool,
-        refuted: usize,
-        workspace: &mut Workspace,
-        memory: Option<&PairMemory>,
-    ) {
+    pub fn begin_task(&self, complete: bool, workspace: &mut Workspace) {
         let options = &self.asked.options;
         let strategy = Strategy {
             batch: WIDTH,
             ..Plan::of(options.mode, !complete).strategy(options)
         };
-        self.begin_as(strategy, refuted, workspace, memory);
+        self.begin_as(strategy, workspace, None);
     }
 
-    /// Prepares the workspace for a run from the roots. The first `refuted` of the latest witnesses
-    /// have been tested at this pose and do not intersect.
+    /// Prepares the workspace for a run from the roots.
     #[inline(always)]
-    fn begin_as(
-        &self,
-        strategy: Strategy,
-        refuted: usize,
-        workspace: &mut Workspace,
-        memory: Option<&PairMemory>,
-    ) {
+    fn begin_as(&self, strategy: Strategy, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
         workspace.run.begin(self.key(), strategy);
         let remembered = memory
@@ -169,7 +156,7 @@ impl<'t> Query<'t, Intersection> {
             WarmStart::Witnesses => {
                 // Queued like other triangle pairs, so they are tested first.
                 let latest = &witnesses[..witnesses.len().min(WITNESSES)];
-                for &pair in latest.iter().skip(refuted) {
+                for &pair in latest {
                     workspace.waiting.push(pair);
                 }
                 workspace.testing = !workspace.waiting.is_empty();
@@ -239,7 +226,7 @@ impl Ask<Intersection> for Query<'_, Intersection> {
         let fits = |limit| self.fits(limit, memory, &workspace.cost_model);
         let plan = Plan::within(budget, self.asked.options.mode, fits);
         let strategy = plan.strategy(&self.asked.options);
-        self.begin_as(strategy, 0, workspace, memory);
+        self.begin_as(strategy, workspace, memory);
     }
 
     /// Also updates the cost model from the time taken.

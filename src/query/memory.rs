@@ -179,6 +179,12 @@ impl PairMemory {
         self.witnesses.get(number).copied()
     }
 
+    /// The pair (tree order) that the last distance query found to be closest.
+    #[doc(hidden)]
+    pub fn closest(&self) -> Option<[u32; 2]> {
+        self.nearest
+    }
+
     /// Stores a triangle pair (tree order) that a separate test found to intersect, as the latest
     /// witness.
     #[doc(hidden)]

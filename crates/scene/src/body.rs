@@ -246,6 +246,10 @@ pub(super) struct Bodies {
     pub weights: Weights,
     /// True if any body is, or was, [special](Facts::is_special).
     pub has_special: bool,
+    /// True if the importance of any body is, or was, above 0.
+    pub has_important: bool,
+    /// True if any body was removed, so that slots may have another body than before.
+    pub has_removed: bool,
     /// True if any body is, or was, filtered, a part of a compound, in a group, or in an ignored
     /// pair.
     has_filtered: bool,
@@ -333,6 +337,7 @@ impl Bodies {
             .take()
             .ok_or(SceneError::NoSuchBody { body: id })?;
         self.len -= 1;
+        self.has_removed = true;
         if mem::take(&mut self.facts[id.index()].is_measured) {
             self.distance_requests.forget(id.index);
         }
@@ -424,6 +429,7 @@ impl Bodies {
             facts.is_member = placed.compound.is_some() || placed.group.is_some();
             facts.is_special = facts.is_measured || body.margin > 0.0 || placed.motion.is_some();
             self.has_special |= facts.is_special;
+            self.has_important |= facts.importance > 0.0;
             self.has_filtered |= facts.is_member || facts.filter != Filter::default();
             let mesh = body.tree.mesh();
             facts.size = libm::sqrtf(libm::sqrtf(mesh.len() as f32));
@@ -626,11 +632,11 @@ impl Bodies {
     /// If the boxes of two placed bodies overlap, the volume of the overlap, relative to a box with
     /// the shorter of their edges along each axis; 0 to 1.
     #[inline]
-    pub fn common_part(&self, [a, b]: [u32; 2]) -> Option<f64> {
+    pub fn common_part(&self, [a, b]: [u32; 2]) -> Option<f32> {
         let [x, y] = [self.bounds(a), self.bounds(b)];
         let [common, shorter] = [x.intersection(y).extents(), x.extents().min(y.extents())];
         x.intersects(y)
-            .then(|| (common / shorter).element_product())
+            .then(|| (common.as_vec3() / shorter.as_vec3()).element_product())
     }
 
     pub fn id(&self, index: u32) -> BodyId {

@@ -195,7 +195,7 @@ impl Scene {
     }
 
     /// Sets the maximum number of pairs of near bodies that are kept; by default 1,048,576. A pair
-    /// takes 72 bytes, and about 450 more from its first turn on.
+    /// takes 88 bytes, and about 450 more from its first turn on.
     ///
     /// Further pairs are left out, and [`Report::is_full`] is true, until an eighth of the room is
     /// free again. Pairs that are already kept stay.
@@ -227,7 +227,7 @@ impl Scene {
 
     /// Reserves room for this many bodies, and for this many pairs of them whose boxes overlap or
     /// nearly do: the boxes of moving bodies are widened by a twentieth of their longest edge.
-    /// Within this room [`Scene::detect`] does not allocate. Takes about 860 bytes per body and 920
+    /// Within this room [`Scene::detect`] does not allocate. Takes about 860 bytes per body and 960
     /// per pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
@@ -439,10 +439,12 @@ impl Scene {
     /// Nothing exceeds the budget. Placing bodies, finding pairs and listing them are work like the
     /// queries: they stop when their share of the frame is spent, and continue in the next frame.
     /// In [`Mode::Any`], pairs that met are tested first, by their latest witnesses and by the
-    /// triangles next to these. If the last report [is not whole](Report::is_whole) and only time
-    /// is limited, known pairs are then searched too. Both may take up to thirteen sixteenths of
-    /// the frame; under a budget of work, up to `B - 2R` (see below). Finding pairs may then use up
-    /// to three quarters of what is left, and listing them half of the rest. Under a budget of work,
+    /// triangles next to these. If the last frame left pairs open and only time is limited, known
+    /// pairs are searched before the others are found: first the important ones, then those whose
+    /// turn it is, in an eighth of the frame, and after the tests the most likely contacts for their
+    /// cost. This may take up to thirteen sixteenths of the frame, and fifteen if the last search is
+    /// long; under a budget of work, tests take up to `B - 2R` (see below). Finding pairs may then
+    /// use up to three quarters of what is left, and listing them half of the rest. Under a budget of work,
     /// `B` units are for queries, as if all pairs were known, and the broad phase may do
     /// `B + 65,536` units of its own ([`Report::broad_phase_work`]).
     ///

@@ -333,7 +333,7 @@ impl Probe for ShapeProbe<'_> {
         let mut memory = PairMemory::without_clearance();
         deadline.spend(WORK_PER_QUERY);
         let question = self.question(placed);
-        question.begin(workspace, &memory, !self.is_limited, 0);
+        question.begin(workspace, &memory, !self.is_limited);
         let answer = question.go_on(workspace, &mut memory, deadline);
         let is_over = answer.stop.is_final();
         let stop = if is_over {

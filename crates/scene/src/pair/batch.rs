@@ -262,7 +262,7 @@ impl Turn {
             ..
         } = desk;
         let memory = &mut self.state.memory;
-        let resumed = question.resume_or_begin(*held, workspace, memory, round.to_the_end, 0);
+        let resumed = question.resume_or_begin(*held, workspace, memory, round.to_the_end);
         deadline.spend(WORK_PER_QUERY);
         let answer = question.go_on(workspace, memory, deadline);
         let spent = Spent::of(workspace);
@@ -302,15 +302,8 @@ impl Turn {
             held,
             ..
         } = desk;
-        // The latest witness was tested in this frame.
-        let refuted = usize::from(self.state.is_lost(round.frame));
-        let resumed = question.resume_or_begin(
-            *held,
-            workspace,
-            &self.state.memory,
-            round.to_the_end,
-            refuted,
-        );
+        let resumed =
+            question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end);
         let mut before = resumed.unwrap_or_default();
         loop {
             deadline.spend(WORK_PER_QUERY);
@@ -347,11 +340,11 @@ mod tests {
         let apart = PairState {
             completed: 7,
             apart: 1.0,
-            ..PairState::new(0)
+            ..PairState::new(0, 0.0)
         };
         let mut known = Known::new(1);
         known.note(&apart, 7);
-        let mut turn = Turn::new(known, Box::new(PairState::new(0)));
+        let mut turn = Turn::new(known, Box::new(PairState::new(0, 0.0)));
         let round = Round {
             kind: RoundKind::Search,
             ..Round::to_the_end(9, Mode::Any, None)

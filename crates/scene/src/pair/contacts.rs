@@ -89,7 +89,7 @@ impl Turn {
     /// Runs a question about the distance of the pair from its begin, besides its own.
     pub fn measure(&mut self, question: &Question, desk: &mut Desk) -> Answer {
         let workspace = &mut *desk.workspace;
-        question.begin(workspace, &self.state.memory, desk.round.to_the_end, 0);
+        question.begin(workspace, &self.state.memory, desk.round.to_the_end);
         desk.deadline.spend(WORK_PER_QUERY);
         let answer = question.go_on(workspace, &mut self.state.memory, desk.deadline);
         self.spent.add(Spent::of(workspace));

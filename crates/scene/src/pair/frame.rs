@@ -1,6 +1,5 @@
 //! The question and budget of a frame.
 
-use super::state::PairState;
 use crate::body::Bodies;
 use crate::id::PairKey;
 use crate::schedule::crew::Crew;
@@ -73,13 +72,10 @@ impl Frame<'_> {
 
     /// The last frame in which a pair was decided. The frames of a rest count, although they test
     /// nothing.
-    pub fn decided(&self, state: &PairState) -> u64 {
+    /// `decided`: the last frame that did test.
+    pub fn decided(&self, decided: u64) -> u64 {
         let [found_all, last] = self.rest;
-        if state.decided == found_all {
-            last
-        } else {
-            state.decided
-        }
+        if decided == found_all { last } else { decided }
     }
 
     /// The last frame in which something about a pair changed.

@@ -184,27 +184,22 @@ impl<'t> Question<'t> {
         workspace: &mut Workspace,
         memory: &PairMemory,
         to_the_end: bool,
-        refuted: usize,
     ) -> Option<Spent> {
         if held && self.is_stopped_in(workspace) {
             return Some(Spent::of(workspace));
         }
-        self.begin(workspace, memory, to_the_end, refuted);
+        self.begin(workspace, memory, to_the_end);
         None
     }
 
-    /// Prepares a workspace for a run. `to_the_end`: it is expected to finish. The first `refuted`
-    /// of the latest witnesses are known not to meet.
+    /// Prepares a workspace for a run. `to_the_end`: it is expected to finish.
+    ///
+    /// Whether two bodies meet is searched from the roots: the latest witness was tested before, or
+    /// rarely holds, and what lies near it was measured to delay the search.
     #[inline]
-    pub fn begin(
-        &self,
-        workspace: &mut Workspace,
-        memory: &PairMemory,
-        to_the_end: bool,
-        refuted: usize,
-    ) {
+    pub fn begin(&self, workspace: &mut Workspace, memory: &PairMemory, to_the_end: bool) {
         match self {
-            Self::Meet(query) => query.begin_task(to_the_end, refuted, workspace, Some(memory)),
+            Self::Meet(query) => query.begin_task(to_the_end, workspace),
             Self::Distance(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
             Self::Motion(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
             Self::Contacts(query) => query.begin(workspace, None, Budget::unlimited()),

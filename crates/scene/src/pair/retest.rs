@@ -1,7 +1,7 @@
 //! Tests whether the triangles that met last, or their neighbors, still meet: the cheapest test,
 //! for eight pairs at once.
 
-use crate::body::{Bodies, Placed, triangle_ids};
+use crate::body::{Bodies, Placed, margins, triangle_ids};
 use crate::id::PairKey;
 use arrayvec::ArrayVec;
 use core::mem;
@@ -10,6 +10,7 @@ use punctual::engine::flushing_matters;
 use punctual::{PairMemory, Tree};
 use punctual_geom::lanes::Instructions;
 use punctual_geom::triangle::batch::Verdicts;
+use punctual_geom::triangle::distance::closest_or_meeting;
 use punctual_geom::triangle::filter64::{Columns, Filter64};
 use punctual_geom::triangles_intersect;
 use punctual_geom::{Pose, bits};
@@ -87,6 +88,18 @@ impl<'b> Retest<'b> {
         let tested = mem::take(&mut self.waiting).into_iter().enumerate();
         tested.map(move |(lane, pair)| (pair, hits >> lane & 1 != 0))
     }
+}
+
+/// The ids of two triangles (tree order) of bodies with margins, and an upper bound of their distance,
+/// if they are within the margins.
+pub(crate) fn within(pair: [&Placed; 2], witness: [u32; 2]) -> Option<([u32; 2], f64)> {
+    let trees = pair.map(|placed| &*placed.body.tree);
+    let b_in_a = &pair[0].relative(pair[1]);
+    let ids =
+        triangle_ids(pair, witness).filter(|_| !flushing_matters(trees[0], trees[1], b_in_a))?;
+    let [a, b] = corners(trees, witness, b_in_a);
+    let distance = closest_or_meeting(&a, &b).high;
+    (distance <= margins(pair)).then_some((ids, distance))
 }
 
 /// Tests the neighbors of the latest witness, because surfaces usually still meet nearby, unless

@@ -13,16 +13,14 @@ use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use core::hint::black_box;
 use punctual::engine::SeparatingPlane;
-use punctual::prediction::Calibration;
+use punctual::prediction::{Calibration, MAX_STEP_WORK};
 use punctual::{PairMemory, Verdict};
 
 /// Maximum number of estimates of a pair that are kept until it is decided.
 const TOLD: usize = 8;
 
-/// Number of tests over which the steadiness of a pair is averaged, and that of the neighbors of its
-/// witness; and their initial value.
-const TESTS_OF_STEADINESS: f32 = 8.0;
-const USUAL_STEADINESS: f32 = 0.5;
+/// Number of tests over which the steadiness of a pair is averaged.
+const TESTS_OF_STEADINESS: f32 = 4.0;
 
 /// A witness that exists in no pair of trees.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
@@ -149,9 +147,6 @@ pub(crate) struct PairState {
     /// Share of the tests of its latest witnesses in which they still met; exponentially weighted
     /// mean.
     pub steadiness: f32,
-    /// Share of the tests of the neighbors of a lost witness in which they met; exponentially
-    /// weighted mean.
-    pub nearby: f32,
     /// Work of the last run that no remembered witness cut short; a lower bound while that run is
     /// unfinished.
     pub search: u32,
@@ -175,8 +170,8 @@ pub(crate) struct PairState {
 
 impl PairState {
     /// The state of a pair of which nothing is known. `before` is the frame before its boxes
-    /// overlapped.
-    pub fn new(before: u64) -> Self {
+    /// overlapped, `steadiness` that of other pairs.
+    pub fn new(before: u64, steadiness: f32) -> Self {
         Self {
             memory: PairMemory::without_clearance(),
             verdict: Verdict::Undecided,
@@ -184,8 +179,7 @@ impl PairState {
             completed: 0,
             decided: before,
             refuted: 0,
-            steadiness: USUAL_STEADINESS,
-            nearby: USUAL_STEADINESS,
+            steadiness,
             search: 0,
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
@@ -205,10 +199,31 @@ impl PairState {
         u64::from((frame as u32).wrapping_sub(self.refuted)) < frame - self.decided
     }
 
+    /// Expected work of a search, or of the rest of an unfinished one; 0 if there was none yet.
+    pub fn cost(&self) -> u32 {
+        match self.search {
+            0 => 0,
+            search => capped(
+                u64::from(search)
+                    .saturating_sub(self.pending.work)
+                    .max(MAX_STEP_WORK),
+            ),
+        }
+    }
+
     /// True if it met when it was last decided.
     #[inline]
     pub fn met(&self) -> bool {
         self.verdict.meets()
+    }
+
+    /// The triangles (tree order) that met last, or that were within the margins.
+    pub fn witness(&self) -> Option<[u32; 2]> {
+        let closest = self.memory.closest();
+        match self.verdict {
+            Verdict::Within { .. } => closest,
+            _ => self.memory.witness(0).or(closest),
+        }
     }
 
     /// Records that the bodies are separated until the sum of their displacements reaches `until`;
@@ -226,11 +241,12 @@ impl PairState {
     /// pair was decided.
     #[cold]
     pub fn went_on_meeting(&mut self, witness: Option<[u32; 2]>, frame: u64) {
+        let met = witness.map(|witness| Verdict::Intersecting { witness });
         for _ in self.decided.max(frame.saturating_sub(MOST_TESTS)) + 1..frame {
             self.learn_steadiness(1.0);
         }
-        if witness.is_some() {
-            self.note_test(witness, frame);
+        if met.is_some() {
+            self.note_test(met, frame);
         }
     }
 
@@ -299,7 +315,7 @@ impl PairState {
     }
 
     /// True if there are reported probabilities of a pair that is not decided yet.
-    fn has_told(&self) -> bool {
+    pub fn has_told(&self) -> bool {
         matches!(&self.said, Said::Estimates(told) if !told.is_empty())
     }
 
@@ -323,25 +339,20 @@ impl PairState {
         }
     }
 
-    /// Records a test of its latest witnesses in `frame`. `witness` is the one that still meets, if
+    /// Records a test of its latest witnesses in `frame`: the verdict of the one that still meets, if
     /// any.
-    pub fn note_test(&mut self, witness: Option<[u32; 2]>, frame: u64) {
-        self.learn_steadiness(if witness.is_some() { 1.0 } else { 0.0 });
-        let Some(witness) = witness else {
+    pub fn note_test(&mut self, met: Option<Verdict>, frame: u64) {
+        self.learn_steadiness(if met.is_some() { 1.0 } else { 0.0 });
+        let Some(verdict) = met else {
             self.refuted = frame as u32;
             return;
         };
         (self.completed, self.pending) = (frame, Spent::default());
-        self.decide(Verdict::Intersecting { witness }, 1, frame);
+        self.decide(verdict, 1, frame);
     }
 
     fn learn_steadiness(&mut self, held: f32) {
         self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
-    }
-
-    /// Records a test of the neighbors of its latest witness.
-    pub fn learn_nearby(&mut self, met: bool) {
-        self.nearby += (f32::from(u8::from(met)) - self.nearby) / TESTS_OF_STEADINESS;
     }
 
     /// Records what was proven in `frame`.

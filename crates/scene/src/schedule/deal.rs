@@ -180,7 +180,7 @@ pub(crate) fn take_back(
         job.open = turn.next.is_some();
         ended += usize::from(!job.open);
         if let Some(next) = turn.next.filter(|&next| next != job.kind) {
-            job.ask(next, frame, &turn.state);
+            job.ask(next, frame, &turn);
         }
         report.note(job.listed as usize, turn.standing, turn.spent);
         let mut state = turn.state;

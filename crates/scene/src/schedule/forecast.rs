@@ -1,10 +1,9 @@
 //! Expected cost of a pair, and its probability of intersecting.
 
+use super::known::Known;
 use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
-use crate::pair::frame::Frame;
 use crate::pair::spent::capped;
-use crate::pair::state::PairState;
-use punctual::Verdict;
+use crate::pair::touch::Touch;
 use punctual::prediction::MAX_STEP_WORK;
 
 /// The forecast of a pair.
@@ -27,29 +26,30 @@ impl Forecast {
         gain: 0.0,
     };
 
-    /// The forecast of a pair from its state, or else from the fourth roots of the triangle counts,
-    /// and from the [overlap](crate::body::Bodies::common_part) of the boxes.
+    /// The forecast of a pair decided `age` frames ago, from its record, or else from the fourth
+    /// roots of the triangle counts, and from the [overlap](crate::body::Bodies::common_part) of the
+    /// boxes.
     #[inline]
-    pub fn new(state: &PairState, sizes: [f32; 2], part: f32, frame: &Frame) -> Self {
-        let age = (frame.number - frame.decided(state)) as f32;
-        let probability = match state.verdict {
-            Verdict::Intersecting { .. } | Verdict::Within { .. }
-                if state.is_lost(frame.number) =>
-            {
-                LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, HALF_PART)
-            }
-            Verdict::Intersecting { .. } | Verdict::Within { .. } | Verdict::Contained { .. } => {
-                (1.0 - PARTED * age).max(LEAST_OF_MET)
-            }
-            Verdict::Undecided => saturating(part * part, NEVER_DECIDED),
-            Verdict::Separated => {
-                let search = state.search as f32 + MORE_WORK;
-                (NEW_CONTACT * age * search * part * saturating(part, HALF_PART)).min(MOST_OF_APART)
-            }
+    pub fn new(known: &Known, age: f32, sizes: [f32; 2], part: f32) -> Self {
+        let cost = match known.cost {
+            // Near contact, work grows about like the fourth root of the product of the triangle counts.
+            0 => (40.0 * sizes[0] * sizes[1]) as u32,
+            cost => cost,
         };
-        let median = capped(expected_cost(state, sizes) + WORK_PER_QUERY);
+        let probability = if known.is_lost() {
+            LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, HALF_PART)
+        } else if known.met() {
+            (1.0 - PARTED * age).max(LEAST_OF_MET)
+        } else if known.is_decided() {
+            let search = cost as f32 + MORE_WORK;
+            (NEW_CONTACT * age * search * part * saturating(part, HALF_PART)).min(MOST_OF_APART)
+        } else {
+            saturating(part * part, NEVER_DECIDED)
+        };
+        let median = capped(u64::from(cost) + WORK_PER_QUERY);
         // After an intersection is found once, its witness finds it as long as the witness lasts.
-        let later = state.steadiness / (1.0 + SHORTEST_LOSS - state.steadiness);
+        let steadiness = known.steadiness();
+        let later = steadiness / (1.0 + SHORTEST_LOSS - steadiness);
         let gain = probability * (1.0 + later) / (median as f32 + later * WORK_PER_WITNESS as f32);
         Self {
             median,
@@ -60,11 +60,8 @@ impl Forecast {
 
     /// The forecast of the contacts of a pair: from the last run, or else from the triangle counts.
     /// `need`: how far the bodies have moved since they were found, relative to the skin.
-    pub fn of_contacts(state: &PairState, sizes: [f32; 2], need: f32) -> Self {
-        let (cost, pending) = state
-            .touch
-            .as_ref()
-            .map_or((0, 0), |touch| (touch.cost, touch.pending.work));
+    pub fn of_contacts(touch: Option<&Touch>, sizes: [f32; 2], need: f32) -> Self {
+        let (cost, pending) = touch.map_or((0, 0), |touch| (touch.cost, touch.pending.work));
         let whole = match cost {
             0 => CONTACTS * (sizes[0] * sizes[1]) as u64,
             cost => cost,
@@ -110,17 +107,6 @@ const MOST_OF_APART: f32 = 0.5;
 /// counts.
 const CONTACTS: u64 = 300;
 
-/// Work of a query without a remembered witness, median.
-#[inline]
-fn expected_cost(state: &PairState, sizes: [f32; 2]) -> u64 {
-    let search = match state.search {
-        // Near contact, work grows about like the fourth root of the product of the triangle counts.
-        0 => (40.0 * sizes[0] * sizes[1]) as u64,
-        search => search.into(),
-    };
-    search.saturating_sub(state.pending.work).max(MAX_STEP_WORK)
-}
-
 /// A function from 0 to 1 that is 1/2 at `x = half`.
 #[inline]
 fn saturating(x: f32, half: f32) -> f32 {
@@ -130,16 +116,11 @@ fn saturating(x: f32, half: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Bodies;
-    use crate::schedule::crew::Alone;
-    use alloc::sync::Arc;
-    use punctual::clock::ManualClock;
-    use punctual::{Budget, Mode};
+    use crate::pair::state::PairState;
+    use punctual::Verdict;
 
     #[test]
     fn chances_are_chances_whatever_is_remembered() {
-        let (clock, bodies) = (ManualClock::new(), Arc::new(Bodies::default()));
-        let (mode, budget, crew) = (Mode::Any, Budget::unlimited(), Alone(&clock));
         let within = Verdict::Within {
             witness: [0; 2],
             distance: 1.0,
@@ -153,28 +134,17 @@ mod tests {
         let mut cases = 0;
         for verdict in verdicts {
             for (number, search, refuted) in [(1, 0, 0), (9, 85, 9), (1 << 40, u32::MAX, 0)] {
-                let frame = Frame {
-                    number,
-                    mode,
-                    asked_since: 0,
-                    rest: [0; 2],
-                    cut: false,
-                    moved: true,
-                    budget,
-                    times: Default::default(),
-                    clock: &clock,
-                    bodies: &bodies,
-                    crew: &crew,
-                };
                 let state = PairState {
                     verdict,
                     search,
                     refuted,
-                    ..PairState::new(0)
+                    ..PairState::new(0, 0.0)
                 };
+                let mut known = Known::new(1);
+                known.note(&state, number);
                 let mut before = 0.0;
                 for part in [0.0, f32::MIN_POSITIVE, 1e-3, 0.1, 0.5, 1.0] {
-                    let forecast = Forecast::new(&state, [1.0, 200.0], part, &frame);
+                    let forecast = Forecast::new(&known, number as f32, [1.0, 200.0], part);
                     let Forecast {
                         probability, gain, ..
                     } = forecast;

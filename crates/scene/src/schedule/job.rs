@@ -1,6 +1,7 @@
 //! A pair in a frame: what it is expected to take, and its result.
 
 use super::forecast::Forecast;
+use super::known::Known;
 use super::pairs::Pairs;
 use crate::ask::TurnKind;
 use crate::body::margins;
@@ -52,20 +53,22 @@ impl Job {
 
     /// Changes its question.
     #[cold]
-    pub fn ask(&mut self, kind: TurnKind, frame: &Frame, state: &PairState) {
-        let (forecast, rank) = outlook(frame, self.key, state, kind, None, true);
+    pub fn ask(&mut self, kind: TurnKind, frame: &Frame, turn: &Turn) {
+        let state = Some(&*turn.state);
+        let (forecast, rank) = outlook(frame, &turn.known, state, kind, None, true);
         (self.kind, self.median, self.rank) = (kind, forecast.median, rank);
     }
 }
 
-/// The forecast and rank of a question; trivial if `expects` is false. `nearness`, for a pair that
+/// The forecast and rank of a question; trivial if `expects` is false. `state`: the state of the
+/// pair, which only special questions need. `nearness`, for a pair that
 /// may be the closest of two groups: 1 if it meets, 0 if it is at the upper bound of their
 /// distance.
 #[inline(always)]
 pub(crate) fn outlook(
     frame: &Frame,
-    key: PairKey,
-    state: &PairState,
+    known: &Known,
+    state: Option<&PairState>,
     kind: TurnKind,
     nearness: Option<f32>,
     expects: bool,
@@ -73,6 +76,7 @@ pub(crate) fn outlook(
     if !expects {
         return (Forecast::EQUAL, 0);
     }
+    let key = known.key;
     let [x, y] = frame.bodies.facts_of(key);
     let special = x.is_special | y.is_special;
     // A distance takes about four times as long.
@@ -82,22 +86,22 @@ pub(crate) fn outlook(
         TurnKind::Contacts => {
             let skin = frame.bodies.pair(key).map_or(0.0, margins);
             // A part of the contacts may be of little use.
-            let whole = state
-                .touch
-                .as_ref()
-                .filter(|touch| touch.completed >= touch.since);
+            let touch = state.and_then(|state| state.touch.as_ref());
+            let whole = touch.filter(|touch| touch.completed >= touch.since);
             let drift = whole.map_or(f64::INFINITY, |touch| {
                 frame.bodies.drift(key, touch, frame.number)
             });
-            Forecast::of_contacts(state, sizes, (drift / skin).min(MOST_NEED) as f32)
+            let touch = touch.map(|touch| &**touch);
+            Forecast::of_contacts(touch, sizes, (drift / skin).min(MOST_NEED) as f32)
         }
         TurnKind::Meet | TurnKind::Motion => {
             let part = frame.bodies.common_part(bodies_of(key)).unwrap_or(0.0);
-            Forecast::new(state, sizes, part as f32, frame)
+            let age = (frame.number - frame.decided(known.since(frame.number))) as f32;
+            Forecast::new(known, age, sizes, part)
         }
     };
     let urgency = if special && kind != TurnKind::Contacts {
-        nearness.or_else(|| state.urgency())
+        nearness.or_else(|| state?.urgency())
     } else {
         None
     };

@@ -1,9 +1,15 @@
-//! A compact record of every pair of near bodies: a frame reads all of them.
+//! A compact record of every pair of near bodies: a frame reads all of them, and the states of those
+//! that have a turn.
 
 use crate::body::{Bodies, triangle_ids};
+use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::id::PairKey;
 use crate::pair::state::{NO_TRIANGLES, PairState};
 use core::num::NonZeroU32;
+use punctual::Verdict;
+
+/// A test of a witness must be expected to save so many times its cost.
+const MARGIN_OF_TESTS: f32 = 1.2;
 
 /// The index of a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,44 +26,59 @@ impl Slot {
     }
 }
 
-/// Two bodies whose fat AABBs overlap, and the index of their state. The state of a pair that stays
-/// separated is not read.
+/// Two bodies whose fat AABBs overlap: all that a frame reads of a pair before its turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     pub key: PairKey,
-    /// `None` before the first turn of the pair since its boxes overlap.
-    pub slot: Option<Slot>,
-    /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of a frame: the last that finished the
-    /// pair, or, if none has, the one before its boxes overlapped. 0 if the boxes are separated.
-    bits: u32,
     /// For a pair that met, the two triangles that intersected last (tree order). For others, the
     /// bits of [`Known::apart`].
     proof: u64,
+    /// The index of its state; `None` before the first turn of the pair since its boxes overlap.
+    pub slot: Option<Slot>,
+    /// Low bits of a frame: the last that finished the pair, or, if none has, the one before its
+    /// boxes overlapped.
+    since: u32,
+    /// Expected work of a search; 0 if there was none yet.
+    pub cost: u32,
+    /// [`PairState::steadiness`] in parts of 255.
+    steadiness: u8,
+    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`],
+    /// [`IMPORTANT`].
+    flags: u8,
 }
 
-/// Bits of [`Known::bits`]: the boxes overlap; the bodies met when last decided; their witnesses
-/// were lost since. The lower bits hold the frame.
-const OVERLAPS: u32 = 1 << 31;
-const MET: u32 = 1 << 30;
-const LOST: u32 = 1 << 29;
-const FRAME: u32 = LOST - 1;
+/// Flags of a pair: the boxes overlap; it was decided; the bodies met when last decided; their
+/// witnesses were lost since; estimates of it were reported; it is ranked before others; its
+/// importance is above 0.
+const OVERLAPS: u8 = 1;
+const DECIDED: u8 = 2;
+const MET: u8 = 4;
+const LOST: u8 = 8;
+const TOLD: u8 = 16;
+const HOT: u8 = 32;
+const IMPORTANT: u8 = 64;
 
-const _: () = assert!(size_of::<Known>() == 24);
+const _: () = assert!(size_of::<Known>() == 32);
 
 impl Known {
     /// A pair whose boxes were not compared yet.
     pub fn new(key: PairKey) -> Self {
         Self {
             key,
-            slot: None,
-            bits: 0,
             proof: 0,
+            slot: None,
+            since: 0,
+            cost: 0,
+            steadiness: 0,
+            flags: HOT,
         }
     }
 
-    /// Records that the boxes overlap from `frame` on.
-    pub fn begin(&mut self, frame: u64) {
-        self.bits = OVERLAPS | (frame as u32).wrapping_sub(1) & FRAME;
+    /// Records that the boxes overlap from `frame` on. `steadiness`: that of other pairs.
+    pub fn begin(&mut self, frame: u64, steadiness: f32) {
+        self.flags |= OVERLAPS;
+        self.since = (frame as u32).wrapping_sub(1);
+        self.steadiness = (steadiness * 255.0) as u8;
     }
 
     /// Records that the boxes are separated, and returns the state's slot.
@@ -67,30 +88,43 @@ impl Known {
         slot
     }
 
-    /// True if the boxes overlapped when last compared.
-    pub fn overlaps(&self) -> bool {
-        self.bits & OVERLAPS != 0
+    fn is(&self, flags: u8) -> bool {
+        self.flags & flags == flags
     }
 
-    /// The frame in the bits, correct if it is less than 2^29 frames before `frame`.
+    /// True if the boxes overlapped when last compared.
+    pub fn overlaps(&self) -> bool {
+        self.is(OVERLAPS)
+    }
+
+    /// The last frame that finished it, correct if it is less than 2^32 frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
-        frame - u64::from((frame as u32).wrapping_sub(self.bits) & FRAME)
+        frame - u64::from((frame as u32).wrapping_sub(self.since))
     }
 
     /// Stores the summary of a state that was updated in `frame`.
     pub fn note(&mut self, state: &PairState, frame: u64) {
-        let completed = OVERLAPS | state.completed as u32 & FRAME;
+        (self.cost, self.steadiness) = (state.cost(), (state.steadiness * 255.0) as u8);
+        self.flags =
+            OVERLAPS | self.flags & (HOT | IMPORTANT) | if state.has_told() { TOLD } else { 0 };
+        if state.met() || state.completed > 0 {
+            self.since = state.completed as u32;
+        }
+        if state.verdict != Verdict::Undecided {
+            self.flags |= DECIDED;
+        }
         if state.met() {
-            let [x, y] = state.memory.witness(0).unwrap_or(NO_TRIANGLES);
-            let lost = if state.is_lost(frame) { LOST } else { 0 };
-            self.bits = completed | MET | lost;
+            let [x, y] = state.witness().unwrap_or(NO_TRIANGLES);
+            self.flags |= MET | if state.is_lost(frame) { LOST } else { 0 };
             self.proof = u64::from(x) << 32 | u64::from(y);
         } else {
-            if state.completed > 0 {
-                self.bits = completed;
-            }
             self.proof = state.apart.to_bits();
         }
+    }
+
+    /// Share of the tests of its witnesses in which they still met.
+    pub fn steadiness(&self) -> f32 {
+        f32::from(self.steadiness) / 255.0
     }
 
     /// Updates the state with what the list has found since its last turn. `frame` is the current
@@ -122,7 +156,8 @@ impl Known {
 
     /// Records that the triangles that met last also meet in `frame`.
     pub fn hold(&mut self, frame: u64) {
-        self.bits = OVERLAPS | MET | frame as u32 & FRAME;
+        self.flags = self.flags & (HOT | IMPORTANT) | OVERLAPS | DECIDED | MET;
+        self.since = frame as u32;
     }
 
     /// How far the bodies may move before they may meet; negative if they have moved farther since
@@ -139,23 +174,62 @@ impl Known {
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
         let stays = self.room(bodies, frame).is_some_and(|room| room > 0.0);
         if stays {
-            self.bits = self.bits & !FRAME | frame as u32 & FRAME;
+            self.stay(frame);
         }
         stays
     }
 
     /// True if `frame` finished the pair.
     pub fn is_completed(&self, frame: u64) -> bool {
-        self.bits & FRAME == frame as u32 & FRAME
+        self.since == frame as u32
     }
 
     /// True if the pair met when last decided.
     pub fn met(&self) -> bool {
-        self.bits & MET != 0
+        self.is(MET)
+    }
+
+    /// True if a test of its witness is expected to cost more than it saves.
+    pub fn is_fickle(&self) -> bool {
+        let saved = self.steadiness() * (self.cost as f32 + WORK_PER_QUERY as f32);
+        saved < MARGIN_OF_TESTS * WORK_PER_WITNESS as f32
+    }
+
+    /// True if it was decided since its boxes overlap.
+    pub fn is_decided(&self) -> bool {
+        self.is(DECIDED)
+    }
+
+    /// Forgets that probabilities of it were reported. True if they were.
+    pub fn forget_told(&mut self) -> bool {
+        let had = self.is(TOLD);
+        self.flags &= !TOLD;
+        had
+    }
+
+    /// Records that what finished it still holds in `frame`.
+    pub fn stay(&mut self, frame: u64) {
+        self.since = frame as u32;
+    }
+
+    /// True if it is ranked in each frame; others take turns.
+    pub fn is_hot(&self) -> bool {
+        self.is(HOT)
+    }
+
+    /// True if it is looked at before all others.
+    pub fn is_important(&self) -> bool {
+        self.is(IMPORTANT)
+    }
+
+    pub fn set_hot(&mut self, is_hot: bool, is_important: bool) {
+        let flag = |is_set: bool, flag: u8| if is_set { flag } else { 0 };
+        self.flags =
+            self.flags & !(HOT | IMPORTANT) | flag(is_hot, HOT) | flag(is_important, IMPORTANT);
     }
 
     /// True if its witnesses were lost since then.
     pub fn is_lost(&self) -> bool {
-        self.bits & LOST != 0
+        self.is(LOST)
     }
 }

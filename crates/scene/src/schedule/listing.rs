@@ -4,8 +4,9 @@
 //! holds however few pairs a frame can read.
 
 use super::job::{Job, outlook};
+use super::known::Known;
 use super::pairs::Pairs;
-use super::revisit::Meeting;
+use super::revisit::Decision;
 use super::tally::Tallies;
 use super::turns::RoundRobin;
 use crate::ask::TurnKind;
@@ -33,7 +34,7 @@ pub(crate) struct Listing<'l> {
     pub tallies: &'l mut Tallies,
     pub listed: &'l mut Tallies,
     /// Pairs that were found to meet before the list, ascending.
-    pub found: &'l [Meeting],
+    pub found: &'l [Decision],
     /// Index of the next of them to be listed.
     pub next_found: usize,
     /// True if something depends on the forecasts of the jobs.
@@ -210,20 +211,20 @@ impl<'l> Listing<'l> {
         self.list_found_until(self.next_found + count);
     }
 
-    /// Lists a pair that was found to meet. Its result is complete.
+    /// Lists a pair that was decided before. Its result is complete.
     #[inline(always)]
-    fn list_found(&mut self, met: Meeting, ids: [BodyId; 2]) {
+    fn list_found(&mut self, pair: Decision, ids: [BodyId; 2]) {
         let Frame { bodies, number, .. } = *self.frame;
-        self.turns
-            .list(met.key, || bodies.last_change(met.key) == number, || false);
-        self.report.push_complete(
-            ids,
-            Verdict::Intersecting {
-                witness: met.witness,
-            },
-            1,
-            0,
+        self.turns.list(
+            pair.key,
+            || bodies.last_change(pair.key) == number,
+            || false,
         );
+        let found = match pair.verdict {
+            Verdict::Intersecting { .. } | Verdict::Within { .. } => 1,
+            _ => 0,
+        };
+        self.report.push_complete(ids, pair.verdict, found, 0);
     }
 
     /// Lists a pair if its boxes overlap; true if they do. `SPECIAL`: the pair may have other
@@ -259,8 +260,14 @@ impl<'l> Listing<'l> {
                 .push_complete(pair.ids, Verdict::Separated, 0, 0);
             return true;
         }
-        let known = *known;
         let changed = self.frame.changed(key);
+        let had_told = changed == number && known.forget_told();
+        let known = *known;
+        let is_plain = !SPECIAL && self.frame.mode == Mode::Any && !bodies.wants_contacts(key);
+        if is_plain && changed == number && !had_told {
+            self.list_open(pair, &known);
+            return true;
+        }
         let state = self.pairs.state_of(known, self.frame);
         if changed == number {
             state.forget_told();
@@ -312,8 +319,14 @@ impl<'l> Listing<'l> {
             if is_known {
                 state.completed = number;
             }
-            let (forecast, rank) =
-                outlook(self.frame, key, state, kind, look.nearness, self.expects);
+            let (forecast, rank) = outlook(
+                self.frame,
+                &known,
+                Some(state),
+                kind,
+                look.nearness,
+                self.expects,
+            );
             probability = forecast.probability;
             self.jobs.push(Job {
                 key,
@@ -331,10 +344,13 @@ impl<'l> Listing<'l> {
         let (verdict, found, age) = (
             state.verdict,
             state.found,
-            number - self.frame.decided(state),
+            number - self.frame.decided(state.decided),
         );
         let is_whole = is_timed && (complete || look.is_whole);
         let standing = (holds && !is_whole).then(|| state.standing(number, is_timed));
+        if complete && state.decided == number {
+            self.pairs.at_mut(place).stay(number);
+        }
         if is_whole {
             let (verdict, found) = if age == 0 {
                 (verdict, found)
@@ -350,6 +366,28 @@ impl<'l> Listing<'l> {
             }
         }
         true
+    }
+
+    /// Lists a pair whose bodies moved and whose only question is whether they meet. Its state is not
+    /// read.
+    #[inline(always)]
+    fn list_open(&mut self, pair: Candidate, known: &Known) {
+        let frame = self.frame;
+        let (forecast, rank) = outlook(frame, known, None, TurnKind::Meet, None, self.expects);
+        self.jobs.push(Job {
+            key: pair.key,
+            listed: self.report.pairs.len() as u32,
+            place: pair.place as u32,
+            median: forecast.median,
+            rank,
+            home: None,
+            kind: TurnKind::Meet,
+            measures: false,
+            teaches: false,
+            open: true,
+        });
+        let age = frame.number - frame.decided(known.since(frame.number));
+        self.report.push_open(pair.ids, forecast.probability, age);
     }
 
     /// Determines the consequences of the distance requests for a pair, and records its known

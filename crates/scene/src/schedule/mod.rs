@@ -4,8 +4,8 @@
 //! cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
-//!   Under a budget of time, if the last frame was cut short, known pairs are then searched
-//!   ([`revisit`]). The pairs found are reported however little of the frame is left.
+//!   Under a budget of time, if the last frame left pairs open, known pairs are searched as well
+//!   ([`revisit`]). The pairs decided are reported however little of the frame is left.
 //! - A job has one question. If its distance is known and a body moves, the job continues with the
 //!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
 //!   contacts are requested, with the contacts.
@@ -24,8 +24,8 @@
 //!
 //! - No budget of work is exceeded: each query ends one step of work before that of its batch is
 //!   spent.
-//! - In each frame the round robin has at least `R`: only tests of witnesses come before it, and
-//!   they leave it that much. Its first pair finishes if it takes at most `R`. Otherwise it
+//! - In each frame the round robin has at least `R`: under a budget of work only tests of witnesses
+//!   come before it, and they leave it that much. Its first pair finishes if it takes at most `R`. Otherwise it
 //!   continues in the next frame if neither body has moved; if one has, it has had its turn.
 //! - A turn cut short is the first of the next frame. So is the turn of the contacts of a pair that
 //!   was found to meet: it comes before the question whether the pair still meets. So is the turn
@@ -78,8 +78,10 @@ use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
 
-/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame.
+/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame; and
+/// the end of a search begun before that.
 const REVISIT: u32 = 13;
+const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
 /// Minimum number of known pairs per part of the list if their jobs are short.
@@ -186,27 +188,37 @@ impl Schedule {
     ) -> Option<[Duration; 2]> {
         let whole = frame.is_timed().then_some(frame.times);
         if frame.mode != Mode::Any {
-            self.revisit.skip();
+            self.revisit.begin();
             return whole;
         }
         let work = frame.budget.work_limit().map_or(u64::MAX, |work| {
             work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
         });
-        let searches = frame.cut && frame.budget.work_limit().is_none();
-        let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * REVISIT));
+        let searches = (frame.cut || self.open > 0) && frame.budget.work_limit().is_none();
+        let after =
+            |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
+        let (end, latest_end) = (after(REVISIT), after(LATEST));
         let deadline = || Deadline::of_a_part(end, work, frame.clock);
-        self.revisit.test(frame, broad, pairs, &mut deadline());
-        let [began, limit] = whole?;
+        let mut hands = Hands {
+            batches: &mut self.batches,
+            scratch,
+            end,
+            latest_end,
+            latest: Deadline::of_a_part(latest_end, u64::MAX, frame.clock),
+            dealt: 0,
+        };
+        let tests = self.revisit.begin();
         if searches {
-            let mut hands = Hands {
-                batches: &mut self.batches,
-                scratch,
-                end,
-                dealt: 0,
-            };
+            self.revisit.take_turns(frame, broad, pairs, &mut hands);
+        }
+        self.revisit
+            .test(frame, broad, pairs, tests, &mut deadline());
+        if searches {
             self.revisit
                 .search(frame, broad, pairs, &mut hands, &mut deadline());
         }
+        self.revisit.end();
+        let [began, limit] = whole?;
         let ended = frame.clock.now();
         let of_list = pace::listing(self.revisit.found.len());
         let end = began.saturating_add(limit.saturating_sub(of_list));
@@ -420,6 +432,7 @@ impl Schedule {
                 // An estimate of a decided pair teaches nothing.
                 if report.pairs[listed as usize].verdict == Verdict::Undecided {
                     state.tell(estimate.probability);
+                    pairs.note(place as usize, frame.number);
                 }
                 estimate.probability = self.calibration.apply(estimate.probability);
                 report.estimate(listed as usize, &estimate);

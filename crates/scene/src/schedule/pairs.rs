@@ -24,6 +24,9 @@ const MANY: usize = 8192;
 const MOST_PAIRS: usize = 1 << 20;
 pub(crate) const LIMIT: usize = u32::MAX as usize - 1;
 
+/// Number of tests over which a learned share is averaged.
+const TESTS: f32 = 64.0;
+
 /// Progress of the merge of a portion: the next indices in the known pairs and in those found.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Merge {
@@ -53,6 +56,10 @@ pub(crate) struct Pairs {
     room: [Room; 2],
     /// Maximum number of pairs.
     pub most: usize,
+    /// Shares of the tests in which the witnesses of all pairs still met, and in which the neighbors
+    /// of lost ones did; exponentially weighted means.
+    pub holds: f32,
+    pub nearby: f32,
 }
 
 impl Default for Pairs {
@@ -65,11 +72,18 @@ impl Default for Pairs {
             made: 0,
             free: Vec::new(),
             touches: Touches::default(),
-            new: PairState::new(0),
+            new: PairState::new(0, 0.0),
             room: [Room::default(); 2],
             most: MOST_PAIRS,
+            holds: 0.5,
+            nearby: 0.5,
         }
     }
+}
+
+/// Moves a learned share towards the outcome of a test.
+pub(super) fn learn(share: &mut f32, outcome: bool) {
+    *share += (f32::from(u8::from(outcome)) - *share) / TESTS;
 }
 
 impl Pairs {
@@ -115,9 +129,10 @@ impl Pairs {
     #[inline(always)]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {
         if overlap {
+            let holds = self.holds;
             let known = self.at_mut(place);
             if !known.overlaps() {
-                known.begin(frame);
+                known.begin(frame, holds);
             }
             return Some(known);
         }
@@ -162,7 +177,7 @@ impl Pairs {
             known.tell(state, frame.bodies, frame.number);
             return state;
         }
-        self.new = PairState::new(known.since(frame.number));
+        self.new = PairState::new(known.since(frame.number), self.holds);
         &mut self.new
     }
 
@@ -194,9 +209,10 @@ impl Pairs {
             self.states.push(None);
             Slot::new(self.states.len() - 1)
         });
+        let holds = self.holds;
         let known = self.at_mut(place);
         known.slot = Some(slot);
-        let new = PairState::new(known.since(frame));
+        let new = PairState::new(known.since(frame), holds);
         match self.states[slot.place()].take() {
             Some(mut state) => {
                 *state = new;
@@ -330,7 +346,7 @@ impl Pairs {
             self.made += 1;
             if self.states.len() < self.made {
                 self.free.push(Slot::new(self.states.len()));
-                self.states.push(Some(Box::new(PairState::new(0))));
+                self.states.push(Some(Box::new(PairState::new(0, 0.0))));
             }
         }
     }

@@ -1,34 +1,101 @@
-//! Searches before the broad phase: known pairs that the tests of their witnesses leave open.
+//! Searches before the broad phase: known pairs that the tests of their witnesses leave open. A pair is
+//! *hot* if it met, or if its rank is not far below that at which the last frame ended its searches.
+//!
+//! First the pairs whose turn it is, in a share of the frame that what a long search takes beyond it
+//! reduces in later frames. Then others by rank: the hot ones, and those of the rest that a part of the
+//! time suffices to rank.
 
-use super::{Hands, LEAST, Meeting, PER_TEST, Revisit, is_plain};
+use super::{Decision, Hands, Revisit, is_plain};
 use crate::ask::TurnKind;
 use crate::broad::Broad;
-use crate::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR};
+use crate::cost::{LEAST_WORK, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
 use crate::id::bodies_of;
 use crate::pair::batch::{Round, RoundKind};
 use crate::pair::frame::Frame;
 use crate::pair::state::Turn;
-use crate::schedule::known::Known;
+use crate::schedule::job::outlook;
 use crate::schedule::pairs::Pairs;
+use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
+use punctual::Verdict;
 use punctual::engine::Deadline;
+use punctual_geom::nanoseconds;
 
-/// Of the pairs that are not to be searched, every `PASSED`-th place is checked against the
-/// deadline, and costs `PASSED` units of work.
-const PASSED: usize = 64;
+/// The share of a frame that the pairs have whose turn it is: one part of so many.
+const TURNS: f64 = 8.0;
 
-/// Boxes overlap deeply if their [overlap](crate::body::Bodies::common_part) is at least
-/// this. Most pairs that meet are among these.
-const DEEP: f64 = 0.1;
+/// Maximum number of pairs that a frame ranks, and of those whose turn it may be.
+const RANKED: usize = 8192;
+
+/// Ranking pairs that were far below the last rank searched takes this part of the time.
+const RANKING: u32 = 8;
+
+/// A pair is hot while its gain is at least that of the last one searched divided by this.
+const COOLING: f32 = 4.0;
 
 /// Each thread searches this many pairs at once.
 const SEARCHES: usize = 4;
 
 impl Revisit {
-    /// Searches the lost pairs; if bodies have moved, then pairs that did not meet and whose boxes
-    /// overlap deeply, and then all other known pairs. Each group in turn, as far as the deadline
-    /// and [`LEAST`] allow.
+    /// Searches the important pairs, and then those whose turn it is.
+    pub fn take_turns(
+        &mut self,
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        hands: &mut Hands,
+    ) {
+        if frame.bodies.changed == 0 {
+            return;
+        }
+        if frame.bodies.has_important {
+            self.search_important(frame, broad, pairs, hands);
+        }
+        let [_, limit] = frame.times;
+        let share = nanoseconds(limit) / TURNS;
+        self.credit = (self.credit + share).min(2.0 * share);
+        if self.credit <= 0.0 {
+            return;
+        }
+        let began = frame.clock.now();
+        let end = began.saturating_add(Duration::from_nanos(self.credit as u64));
+        let mut deadline = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
+        let (known, start) = (pairs.len(), pairs.place(self.turn));
+        for place in (start..known).chain(0..start).take(RANKED) {
+            self.turn = pairs.key(place);
+            if !self.has_room(hands, &mut deadline) {
+                break;
+            }
+            deadline.spend(WORK_PER_LISTED_PAIR);
+            if self.is_sought(place, frame, broad, pairs) {
+                self.ask(place, frame, pairs, hands, &mut deadline);
+            }
+        }
+        self.run_searches(frame, pairs, hands);
+        self.credit -= nanoseconds(frame.clock.now().saturating_sub(began));
+    }
+
+    fn search_important(
+        &mut self,
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        hands: &mut Hands,
+    ) {
+        let mut deadline = Deadline::of_a_part(hands.end, u64::MAX, frame.clock);
+        for place in 0..pairs.len() {
+            if pairs.at(place).is_important() && self.is_sought(place, frame, broad, pairs) {
+                if !self.has_room(hands, &mut deadline) {
+                    break;
+                }
+                self.ask(place, frame, pairs, hands, &mut deadline);
+            }
+        }
+    }
+
+    /// Ranks the lost pairs, and, if bodies have moved, those that did not meet. Then searches as many
+    /// as the deadline allows.
     pub fn search(
         &mut self,
         frame: &Frame,
@@ -37,47 +104,76 @@ impl Revisit {
         hands: &mut Hands,
         deadline: &mut Deadline,
     ) {
-        self.lost.sort_unstable();
-        let first = self
-            .lost
-            .partition_point(|&place| pairs.key(place as usize) < self.turns[0]);
-        for at in (first..self.lost.len()).chain(0..first) {
-            let place = self.lost[at] as usize;
-            if !self.has_room(hands, deadline) {
-                self.turns[0] = pairs.key(place);
-                return self.run_searches(0, frame, pairs, hands);
-            }
-            self.ask(0, place, frame, pairs, hands, deadline);
-        }
-        self.run_searches(0, frame, pairs, hands);
-        if frame.bodies.changed == 0 {
-            return;
-        }
-        for (turn, deep) in [(1, true), (2, false)] {
-            let (known, start) = (pairs.len(), pairs.place(self.turns[turn]));
-            let mut left = LEAST;
+        let mut ranks = mem::take(&mut self.ranks);
+        ranks.clear();
+        if frame.bodies.changed > 0 {
+            let (known, start) = (pairs.len(), pairs.place(self.next_ranked));
             for place in (start..known).chain(0..start) {
-                let is_unmet = !pairs.at(place).met();
-                if !is_unmet && place % PASSED > 0 {
-                    continue;
+                let known = pairs.at(place);
+                let is_hot = known.is_hot() || known.met();
+                if is_hot && !known.is_completed(frame.number) {
+                    if !deadline.has_room(LEAST_WORK) {
+                        break;
+                    }
+                    self.heat(place, frame, broad, pairs, &mut ranks, deadline);
                 }
-                if left == 0 || !self.has_room(hands, deadline) {
-                    self.turns[turn] = pairs.key(place);
+            }
+            let now = frame.clock.now();
+            let time = hands
+                .end
+                .map_or(Duration::ZERO, |end| end.saturating_sub(now));
+            let end = now.saturating_add(time / RANKING);
+            let mut part = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
+            self.next_ranked = 0;
+            for (seen, place) in (start..known).chain(0..start).enumerate() {
+                if seen == RANKED || !part.has_room(WORK_PER_LISTED_PAIR) {
+                    self.next_ranked = pairs.key(place);
                     break;
                 }
-                left -= 1;
-                deadline.spend(if is_unmet {
-                    WORK_PER_MERGED_PAIR
-                } else {
-                    PASSED as u64
-                });
-                if is_unmet && self.is_sought(place, deep, frame, broad, pairs) {
-                    left += PER_TEST;
-                    self.ask(turn, place, frame, pairs, hands, deadline);
+                let known = pairs.at(place);
+                if !known.met() && !known.is_hot() {
+                    self.heat(place, frame, broad, pairs, &mut ranks, &mut part);
                 }
             }
-            self.run_searches(turn, frame, pairs, hands);
         }
+        ranks.sort_unstable();
+        let mut is_cut = false;
+        for &rank in &ranks {
+            if !self.has_room(hands, deadline) {
+                (self.cutoff, is_cut) = (gain(rank), true);
+                break;
+            }
+            self.ask(rank as u32 as usize, frame, pairs, hands, deadline);
+        }
+        self.run_searches(frame, pairs, hands);
+        if !is_cut {
+            self.cutoff /= COOLING;
+        }
+        self.ranks = ranks;
+    }
+
+    /// Ranks a pair, if it is to be searched.
+    #[inline(always)]
+    fn heat(
+        &mut self,
+        place: usize,
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        ranks: &mut Vec<u64>,
+        deadline: &mut Deadline,
+    ) {
+        deadline.spend(WORK_PER_PAIR_APART);
+        let facts = frame.bodies.facts_of(pairs.key(place));
+        let is_important = facts.iter().any(|facts| facts.importance > 0.0);
+        let mut is_hot = is_important;
+        if self.is_sought(place, frame, broad, pairs) && ranks.len() < ranks.capacity() {
+            deadline.spend(WORK_PER_LISTED_PAIR);
+            let rank = rank(place, frame, pairs);
+            is_hot |= COOLING * gain(rank) >= self.cutoff;
+            ranks.push(rank);
+        }
+        pairs.at_mut(place).set_hot(is_hot, is_important);
     }
 
     fn has_room(&mut self, hands: &Hands, deadline: &mut Deadline) -> bool {
@@ -85,38 +181,43 @@ impl Revisit {
         deadline.has_room(LEAST_WORK) && !self.is_full
     }
 
-    /// True if a pair that did not meet should be searched before it is listed. `deep`: selects
-    /// pairs whose boxes overlap deeply, else the others.
-    fn is_sought(
-        &self,
-        place: usize,
-        deep: bool,
-        frame: &Frame,
-        broad: &Broad,
-        pairs: &mut Pairs,
-    ) -> bool {
-        let (key, number) = (pairs.key(place), frame.number);
-        let part = frame.bodies.common_part(bodies_of(key));
-        // The stopped run of bodies at rest is resumed later.
-        if part.is_none_or(|part| (part >= DEEP) != deep) || frame.changed(key) < number {
+    /// True if a pair should be searched before it is listed: its boxes overlap, and it is neither
+    /// decided nor has its bodies at rest a stopped run, which is resumed later.
+    #[inline(always)]
+    fn is_sought(&self, place: usize, frame: &Frame, broad: &Broad, pairs: &mut Pairs) -> bool {
+        let (known, number, changed) = (
+            pairs.at(place),
+            frame.number,
+            frame.changed(pairs.key(place)),
+        );
+        let key = known.key;
+        let is_done = known.is_completed(number)
+            || changed < number
+                && match known.is_decided() {
+                    true => known.since(number) >= changed,
+                    false => known.cost > 0,
+                };
+        if is_done || !frame.bodies.overlap(bodies_of(key)) {
             return false;
         }
-        let is_due = |known: &mut Known| {
-            !known.is_completed(number) && !known.stays_apart(frame.bodies, number)
-        };
-        pairs.overlapping(place, true, number).is_some_and(is_due) && is_plain(key, frame, broad)
+        pairs
+            .overlapping(place, true, number)
+            .is_some_and(|known| !known.stays_apart(frame.bodies, number))
+            && is_plain(key, frame, broad)
     }
 
     /// Searches a pair; on several threads, together with a few others.
     fn ask(
         &mut self,
-        turn: usize,
         place: usize,
         frame: &Frame,
         pairs: &mut Pairs,
         hands: &mut Hands,
         deadline: &mut Deadline,
     ) {
+        if pairs.at(place).is_completed(frame.number) {
+            return;
+        }
         let threads = frame.threads().min(hands.batches.len());
         let dealt = Turn {
             index: place as u32,
@@ -124,59 +225,66 @@ impl Revisit {
             ..pairs.take(place, frame.number)
         };
         if threads == 1 {
-            // A deadline in use knows the pace of the work.
             let mut searched = dealt;
             searched.search(
                 frame.bodies,
                 hands.scratch,
                 &round_of_searches(frame, None),
-                deadline,
+                &mut hands.latest,
             );
-            return self.end_search(turn, searched, pairs);
+            deadline.spend(searched.spent.work);
+            return self.end_search(searched, pairs);
         }
         hands.batches[hands.dealt % threads].turns.push(dealt);
         hands.dealt += 1;
         if hands.dealt == SEARCHES * threads {
             let before = self.searches.work;
-            self.run_searches(turn, frame, pairs, hands);
+            self.run_searches(frame, pairs, hands);
             deadline.spend((self.searches.work - before) / threads as u64);
         }
     }
 
     /// Runs the searches that were dealt.
-    fn run_searches(&mut self, turn: usize, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands) {
+    fn run_searches(&mut self, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands) {
         if mem::take(&mut hands.dealt) == 0 {
             return;
         }
         let Hands {
             batches,
             scratch,
-            end,
+            latest_end,
             ..
         } = hands;
-        frame.crew.run(
-            batches,
-            &round_of_searches(frame, *end),
-            frame.bodies,
-            scratch,
-        );
+        let round = round_of_searches(frame, *latest_end);
+        frame.crew.run(batches, &round, frame.bodies, scratch);
         for searched in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
-            self.end_search(turn, searched, pairs);
+            self.end_search(searched, pairs);
         }
     }
 
-    /// Stores the result of a search. If there was no time for it, the next frame continues with
-    /// it, or with an earlier one.
-    fn end_search(&mut self, turn: usize, searched: Turn, pairs: &mut Pairs) {
+    /// Stores the result of a search.
+    fn end_search(&mut self, searched: Turn, pairs: &mut Pairs) {
         self.searches.add(searched.spent);
-        if let Some(met) = Meeting::new(searched.key(), searched.standing.verdict) {
-            self.find(met);
-        }
-        if searched.next.is_some() {
-            self.turns[turn] = self.turns[turn].min(searched.key());
+        let (key, verdict) = (searched.key(), searched.standing.verdict);
+        if verdict != Verdict::Undecided {
+            self.found.push(Decision { key, verdict });
         }
         pairs.put_back(searched.index as usize, searched.state, searched.known);
     }
+}
+
+/// The rank of a pair, with its place in the low 32 bits, ascending.
+#[inline(always)]
+fn rank(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
+    let (_, rank) = outlook(frame, pairs.at(place), None, TurnKind::Meet, None, true);
+    // Of the importance and of the gain the upper halves tell enough.
+    let halves = rank >> 32 & 0xffff_0000 | rank >> 16 & 0xffff;
+    halves << 32 | place as u64
+}
+
+/// The gain in a rank.
+fn gain(rank: u64) -> f32 {
+    f32::from_bits(!((rank >> 32) as u32) << 16)
 }
 
 fn round_of_searches(frame: &Frame, end: Option<Duration>) -> Round {
