@@ -194,7 +194,8 @@ impl Schedule {
         let work = frame.budget.work_limit().map_or(u64::MAX, |work| {
             work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
         });
-        let searches = (frame.cut || self.open > 0) && frame.budget.work_limit().is_none();
+        let searches =
+            (frame.cut || self.open > 0) && frame.is_timed() && frame.budget.work_limit().is_none();
         let after =
             |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
         let (end, latest_end) = (after(REVISIT), after(LATEST));

@@ -151,11 +151,7 @@ impl Revisit {
             // A pair that moved in this frame does not rest, whatever its state says.
             let changed = frame.changed(key);
             let rests = changed < frame.number && pairs.state(place, frame).completed >= changed;
-            let is_due = if rests {
-                frame.cut
-            } else {
-                is_worth && !is_done
-            };
+            let is_due = !is_done && if rests { frame.cut } else { is_worth };
             if is_due && is_plain(key, frame, broad) {
                 if rests {
                     if resting == 0 {
