@@ -166,5 +166,5 @@ pub mod prediction {
         WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
     };
     pub use crate::model::prediction::Quantiles;
-    pub use crate::query::{Estimate, Prediction};
+    pub use crate::query::{Estimate, Prediction, Remaining};
 }

@@ -129,11 +129,11 @@ pub fn recall_features(frontier: &FrontierSummary) -> [f64; 9] {
 ///
 /// The larger the second kind is relative to the third, the larger is the fraction of the pairs not
 /// yet reached that tracing has found.
-pub fn tracing_features(frontier: &FrontierSummary) -> [f64; 13] {
+pub fn tracing_features(frontier: &FrontierSummary) -> [f64; 16] {
     let [
         one,
         left,
-        _,
+        found,
         tests,
         bv_tests,
         waiting,
@@ -162,6 +162,9 @@ pub fn tracing_features(frontier: &FrontierSummary) -> [f64; 13] {
         crossing,
         follows,
         follows * ahead,
+        found,
+        log2(frontier.cost + 1.0),
+        log2(frontier.probed + 1.0),
     ]
 }
 
