@@ -116,6 +116,25 @@ fn every_question_tells_what_is_left_of_it_in_the_same_call() {
     stopped(&asked(points[0]), &asked(points[1]), false);
 }
 
+/// Once all pairs are listed, the frontier holds what rays enter, which are no pairs of nodes.
+#[test]
+fn manifolds_tell_what_is_left_wherever_they_are_stopped() {
+    let mesh = || shapes::torus_knot(2, 3, 0.2, 96);
+    let (a, b) = (Tree::new(mesh()), Tree::new(mesh()));
+    let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
+    let query = Query::manifolds(&a, &b, at(0.4)).skin(0.01);
+    let whole = query.run(&mut workspace, Budget::unlimited().clock(&clock));
+    let mut answer = query.run(&mut workspace, Budget::work(0).clock(&clock));
+    let mut stops = 0;
+    while answer.stop == StopReason::WorkLimit {
+        is_told(&query.remaining(&workspace, None).unwrap());
+        stops += 1;
+        let budget = Budget::work(whole.stats.work / 500);
+        answer = query.resume(&mut workspace, budget.clock(&clock)).unwrap();
+    }
+    assert!(stops > 200, "{stops}");
+}
+
 #[test]
 fn time_left_goes_by_the_pace_of_the_run() {
     let [a, b] = trees();

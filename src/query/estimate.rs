@@ -15,7 +15,7 @@ use super::queue::Pair;
 use super::relative_pose::RelativePose;
 use super::strategy::Tracing;
 use super::told::Sought;
-use super::workspace::{ResumeError, Workspace};
+use super::workspace::{Asked, ResumeError, Workspace};
 use crate::model::closing::{self, Closing};
 use crate::model::confidence::{self, Lead};
 use crate::model::cost::{CostModel, Counts};
@@ -274,7 +274,13 @@ impl Query<'_, Intersection> {
         let used = frontier.bv_tests;
         let told = self.told(memory, Sought::tests(mode), used, tests, after);
         let work_after = |memory: &PairMemory| Some(Prediction::of(after(memory)?).work);
-        let work = self.told(memory, Sought::work(mode), work as f64, model.work, work_after);
+        let work = self.told(
+            memory,
+            Sought::work(mode),
+            work as f64,
+            model.work,
+            work_after,
+        );
         Prediction {
             work,
             ..Prediction::of(told)
@@ -336,14 +342,17 @@ where
     /// What a run for contacts or manifolds in the workspace has done and left.
     #[doc(hidden)]
     pub fn listing(&self, workspace: &Workspace) -> Listing {
+        let asked = self.key().asked;
+        // Once all pairs are listed, the frontier holds nodes that rays enter.
+        let is_listed = matches!(asked, Asked::Manifolds(_)) && workspace.reduction.is_listed;
         let nodes = [self.a, self.b].map(Tree::nodes);
         let fourth_root = |pair: Pair| {
             let [a, b] = [0, 1].map(|side| nodes[side][pair.nodes[side] as usize].self_cost);
             f64::from(libm::sqrtf(libm::sqrtf(a * b)))
         };
-        let open = workspace.frontier.iter().count();
-        let sample = workspace.frontier.iter().take(SAMPLE);
-        let sum: f64 = sample.map(fourth_root).sum();
+        let pairs = || workspace.frontier.iter().filter(|_| !is_listed);
+        let open = pairs().count();
+        let sum: f64 = pairs().take(SAMPLE).map(fourth_root).sum();
         let waiting = workspace.triangle_pairs().count() + workspace.search.pairs().count();
         Listing {
             pairs: self.a.mesh().len() as f64 * self.b.mesh().len() as f64,
@@ -351,7 +360,7 @@ where
             found: workspace.found() as f64,
             waiting: waiting as f64,
             open: sum * open as f64 / open.clamp(1, SAMPLE) as f64,
-            is_listed: workspace.reduction.is_listed,
+            is_listed,
         }
     }
 }

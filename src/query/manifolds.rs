@@ -249,7 +249,12 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         workspace.run.stopped = !stop.is_final();
         self.tell(workspace, known, &to_b, stop);
         if let Some(memory) = memory {
-            memory.learn(Sought::Manifolds, workspace, workspace.work(), stop.is_final());
+            memory.learn(
+                Sought::Manifolds,
+                workspace,
+                workspace.work(),
+                stop.is_final(),
+            );
         }
         stop
     }
@@ -276,6 +281,9 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
     fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
         let model = manifolds_left(&self.listing(workspace));
         let done = workspace.work() as f64;
-        (self.told(memory, Sought::Manifolds, done, model, |_| None), None)
+        (
+            self.told(memory, Sought::Manifolds, done, model, |_| None),
+            None,
+        )
     }
 }

@@ -224,7 +224,11 @@ where
         self.holds(workspace)?;
         let is_stopped = workspace.run.stopped;
         let (work, probability) = self.left(workspace, memory.filter(|_| is_stopped));
-        let work = if is_stopped { work } else { Quantiles::default() };
+        let work = if is_stopped {
+            work
+        } else {
+            Quantiles::default()
+        };
         let stats = workspace.stats();
         let unit = match stats.elapsed {
             Some(elapsed) if stats.work > 0 => nanoseconds(elapsed) / stats.work as f64,

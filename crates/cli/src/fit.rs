@@ -23,14 +23,14 @@ pub struct Args {
     /// A case folder whose poses are consecutive frames of a motion. May be repeated.
     #[arg(long, value_name = "CASE_DIR")]
     motion: Vec<PathBuf>,
-    /// A case folder asked only whether the meshes intersect, and where. May be repeated.
+    /// A case folder asked only about intersections. May be repeated.
     #[arg(long, value_name = "CASE_DIR")]
     intersections: Vec<PathBuf>,
-    /// A case folder asked all but that. May be repeated.
+    /// A case folder asked all but intersections. May be repeated.
     #[arg(long, value_name = "CASE_DIR")]
     others: Vec<PathBuf>,
-    /// Two mesh files, approached from twelve sides and put before and behind their first touch: intersections. May be
-    /// repeated.
+    /// Two mesh files, approached from twelve sides and put before and behind their first touch, and asked only
+    /// about intersections. May be repeated.
     #[arg(long, value_name = "A,B")]
     approach: Vec<String>,
     /// Built-in shapes, approached like that.

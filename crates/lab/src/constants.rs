@@ -18,6 +18,7 @@ pub use evaluate::report;
 pub use source::fit;
 
 use distances::Moment;
+use punctual::internals::Lead;
 use sample::Sample;
 
 /// Queries that are fitted to, or reported on.
@@ -37,7 +38,7 @@ pub struct Data {
 pub enum Asked {
     /// All questions.
     Everything,
-    /// Only whether the meshes intersect, and where.
+    /// Only intersections, but not the recall of queries that follow curves.
     Intersections,
     /// All but intersections.
     Others,
@@ -49,11 +50,15 @@ impl Data {
         let number = self.names.len();
         self.names.push(case.name.clone());
         self.poses += case.poses.len();
-        if asked != Asked::Others {
-            self.samples.extend(sample::samples(number, case));
-        }
         if asked == Asked::Intersections {
+            // Poses near the first touch would outweigh the others in the recall along curves.
+            let samples = sample::samples(number, case).into_iter();
+            self.samples
+                .extend(samples.filter(|sample| sample.lead == Lead::Nothing));
             return;
+        }
+        if asked == Asked::Everything {
+            self.samples.extend(sample::samples(number, case));
         }
         self.moments.extend(distances::moments(number, case));
         self.motions.extend(motions::moments(number, case));

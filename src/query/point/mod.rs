@@ -359,7 +359,9 @@ fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
     let current = done.min(points.len().saturating_sub(1));
     state.measures == measures
         && done + state.left == points.len()
-        && points.get(current).is_none_or(|point| *point == state.point.to_array())
+        && points
+            .get(current)
+            .is_none_or(|point| *point == state.point.to_array())
 }
 
 /// What a run about points has done and left.
