@@ -69,7 +69,8 @@ where
     }
     assert!(
         stops >= 10 && 10 * covered >= 7 * stops,
-        "{covered} of {stops}"
+        "{covered} of {stops}, {}",
+        std::any::type_name::<Q>()
     );
 }
 

@@ -21,22 +21,19 @@ pub struct Listing {
     ///
     /// [`visits`]: super::visits::visits
     pub open: f64,
-    /// True if all pairs are listed and the overlaps of a manifold query remain.
-    pub is_listed: bool,
 }
 
 /// Least work of a query: it opens at least one pair.
 const LEAST: f64 = WORK_PER_EXPANSION as f64;
 
 /// Features of [`contacts_left`] and [`manifolds_left`].
-pub fn listing_features(listing: &Listing) -> [f64; 7] {
+pub fn listing_features(listing: &Listing) -> [f64; 6] {
     let Listing {
         pairs,
         work,
         found,
         waiting,
         open,
-        is_listed,
     } = *listing;
     [
         1.0,
@@ -45,7 +42,6 @@ pub fn listing_features(listing: &Listing) -> [f64; 7] {
         log2(found + 1.0),
         log2(waiting + 1.0),
         log2(open + 1.0),
-        f64::from(is_listed),
     ]
 }
 
@@ -59,7 +55,7 @@ pub fn manifolds_left(listing: &Listing) -> Quantiles {
     left(&MANIFOLDS_LEFT, listing)
 }
 
-fn left(weights: &[[f64; 7]; 3], listing: &Listing) -> Quantiles {
+fn left(weights: &[[f64; 6]; 3], listing: &Listing) -> Quantiles {
     let x = listing_features(listing);
     Quantiles::ordered(weights.map(|w| exp2(dot(&w, &x))), 1.0)
 }

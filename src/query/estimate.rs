@@ -360,7 +360,6 @@ where
             found: workspace.found() as f64,
             waiting: waiting as f64,
             open: sum * open as f64 / open.clamp(1, SAMPLE) as f64,
-            is_listed,
         }
     }
 }
@@ -382,8 +381,8 @@ impl Query<'_, Distance> {
     /// One unit takes the time [`CostModel::bv_test`]. Constant time, no allocation; the same bits
     /// on every machine.
     ///
-    /// The prediction is rough: half of the queries are within a factor of 2.1 of the median, nine
-    /// of ten within 5.6. With a memory of frames close together the factors are 1.2 and 4.9
+    /// The prediction is rough: half of the queries are within a factor of 2.4 of the median, nine
+    /// of ten within 6.5. With a memory of frames close together the factors are 1.2 and 5
     /// (`docs/model.md`).
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Quantiles {

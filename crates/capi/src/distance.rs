@@ -247,7 +247,7 @@ pub struct punctual_distance_estimate {
 grows!(punctual_distance_estimate: size, remaining..distance);
 
 /// Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
-/// guess: nine of ten queries are within a factor of 5.6 of the median. Takes constant time and allocates nothing.
+/// guess: nine of ten queries are within a factor of 6.5 of the median. Takes constant time and allocates nothing.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_distance_query_predict(
     query: *const punctual_distance_query<'_>,
