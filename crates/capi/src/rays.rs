@@ -479,6 +479,8 @@ impl<'t> punctual_ray_batch<'t> {
         hits: *mut punctual_ray_hit,
         outcome: *mut punctual_ray_batch_outcome,
     ) -> Result<(), Fault> {
+        // The tree and the mode are checked first.
+        self.query(&[])?;
         // SAFETY: the caller's promise.
         let (rays, written) = unsafe {
             (

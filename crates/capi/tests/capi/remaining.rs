@@ -33,7 +33,7 @@ fn every_question_tells_what_is_left_as_rust_does() {
     let theirs = Tree::with_options(shapes::torus_knot(2, 3, 0.2, 96), &options);
     let (tree, pose) = (Some(&*ours), tilted());
     let (at, budget) = (raw(&pose), punctual_budget_work(300));
-    let mut workspace = owned(|workspace| punctual_workspace_new(4096, 65536, workspace));
+    let mut workspace = owned(|workspace| punctual_workspace_new(workspace));
     let check = |expected: punctual_remaining, left: punctual_remaining| {
         let probability = if left.probability.is_nan() {
             -1.0
