@@ -176,9 +176,9 @@ fn after_ten_queries_of_a_pair_what_is_told_holds_for_this_pair() {
     let anywhere =
         |random: &mut Random| Pose::new(random.rotation(), 1.5 * random.vector()).unwrap();
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
-    let pairs: [(Tree, Tree, &dyn Fn(&mut Random) -> Pose); 2] =
-        [(plate(), plate(), &flush), (knot(), knot(), &anywhere)];
-    for (a, b, pose) in &pairs {
+    let poses: [&dyn Fn(&mut Random) -> Pose; 2] = [&flush, &anywhere];
+    let pairs = [[plate(), plate()], [knot(), knot()]];
+    for ([a, b], pose) in pairs.iter().zip(poses) {
         let mut covered: [Vec<[bool; 2]>; 4] = Default::default();
         let mut memories: [PairMemory; 4] = Default::default();
         let mut random = Random::new(8);

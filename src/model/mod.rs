@@ -25,6 +25,7 @@ pub mod calibration;
 pub mod closing;
 pub mod confidence;
 #[rustfmt::skip]
+#[allow(clippy::approx_constant, reason = "a fitted weight may come near one")]
 mod constants;
 pub mod cost;
 pub mod frontier;
