@@ -340,6 +340,7 @@ impl SceneHits {
             stop: stop.map_or(StopReason::Finished, |cast| cast.stop),
             work: casts.iter().map(|cast| cast.work).sum(),
             elapsed,
+            remaining: None,
         };
         Bound::new(py, (Self { casts }, base))
     }
