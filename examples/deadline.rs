@@ -22,16 +22,17 @@ fn main() -> Result<(), Box<dyn Error>> {
 
         let mut answer = query.run(&mut workspace, Budget::time(Duration::from_micros(10)));
         if answer.value == Verdict::Undecided {
-            let told = query.estimate(&workspace, None)?;
-            let left = told.remaining.work;
+            let left = query.remaining(&workspace, None)?;
+            let probability = left.probability.unwrap_or_default();
             println!(
-                "   stopped: {:.0} units left, contact with {:.0} %",
-                left.p50,
-                100.0 * told.probability
+                "   stopped: {:.1} us left, {:.1} in nine of ten cases; contact with {:.0} %",
+                left.time.p50 / 1e3,
+                left.time.p90 / 1e3,
+                100.0 * probability
             );
             // A probable contact is as good as a proven one to this program; a doubtful one is not.
-            if told.probability < 0.9 {
-                answer = query.resume(&mut workspace, Budget::work(left.p90 as u64))?;
+            if probability < 0.9 {
+                answer = query.resume(&mut workspace, Budget::work(left.work.p90 as u64))?;
             }
         }
         println!("   {:?} after {} units", answer.value, answer.stats.work);

@@ -293,6 +293,10 @@ public:
   Result<std::size_t> levels(punctual_tree_level *levels, std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_tree_levels, get(), levels, sizeof *levels, capacity);
   }
+  /** Writes up to `capacity` alphas of nodes; how many there are. */
+  Result<std::size_t> node_alphas(float *alphas, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_tree_node_alphas, get(), alphas, capacity);
+  }
   [[nodiscard]] punctual_status validate() const noexcept { return punctual_tree_validate(get()); }
 };
 
@@ -385,6 +389,10 @@ struct Query : punctual_query {
     return detail::filled<punctual_estimate>(punctual_query_estimate, this, workspace.get(),
                                              memory ? memory->get() : nullptr);
   }
+  Result<punctual_remaining> remaining(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_query_remaining, this, workspace.get(),
+                                              memory ? memory->get() : nullptr);
+  }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
     return detail::filled<punctual_certificate>(punctual_query_certificate, this, workspace.get());
   }
@@ -421,6 +429,10 @@ struct DistanceQuery : punctual_distance_query {
     return detail::filled<punctual_distance_estimate>(punctual_distance_query_estimate, this, workspace.get(),
                                                       memory ? memory->get() : nullptr);
   }
+  Result<punctual_remaining> remaining(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_distance_query_remaining, this, workspace.get(),
+                                              memory ? memory->get() : nullptr);
+  }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
     return detail::filled<punctual_certificate>(punctual_distance_query_certificate, this, workspace.get());
   }
@@ -452,8 +464,8 @@ struct MotionQuery : punctual_motion_query {
   Result<punctual_quantiles> predict(const Memory *memory = nullptr) const noexcept {
     return detail::filled<punctual_quantiles>(punctual_motion_query_predict, this, memory ? memory->get() : nullptr);
   }
-  Result<punctual_quantiles> estimate(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
-    return detail::filled<punctual_quantiles>(punctual_motion_query_estimate, this, workspace.get(),
+  Result<punctual_remaining> remaining(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_motion_query_remaining, this, workspace.get(),
                                               memory ? memory->get() : nullptr);
   }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
@@ -484,6 +496,10 @@ struct ManifoldQuery : punctual_manifold_query {
     return detail::filled<punctual_manifolds>(punctual_manifold_query_resume, this, workspace.get(),
                                               memory ? memory->get() : nullptr, budget, clock);
   }
+  Result<punctual_remaining> remaining(const Workspace &workspace, const Memory *memory = nullptr) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_manifold_query_remaining, this, workspace.get(),
+                                              memory ? memory->get() : nullptr);
+  }
 };
 
 /** Where do they meet or come close? The fields of punctual_contact_query are public; the trees must outlive it. */
@@ -505,6 +521,9 @@ struct ContactQuery : punctual_contact_query {
   /** Which way the two triangles of a contact face. */
   Result<punctual_face_normals> face_normals(punctual_triangle_pair triangles) const noexcept {
     return detail::filled<punctual_face_normals>(punctual_contact_face_normals, this, triangles);
+  }
+  Result<punctual_remaining> remaining(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_contact_query_remaining, this, workspace.get());
   }
   Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
     return detail::filled<punctual_certificate>(punctual_contact_query_certificate, this, workspace.get());
@@ -560,6 +579,9 @@ struct RayQuery : punctual_ray_query {
                                    const punctual_clock *clock = nullptr) const noexcept {
     return detail::filled<punctual_ray_cast>(punctual_ray_query_resume, this, workspace.get(), budget, clock);
   }
+  Result<punctual_remaining> remaining(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_ray_query_remaining, this, workspace.get());
+  }
 };
 
 /** What does each of many rays hit? The fields of punctual_ray_batch are public; the tree and the rays must outlive it. */
@@ -578,6 +600,9 @@ struct RayBatch : punctual_ray_batch {
                                             const punctual_clock *clock = nullptr) const noexcept {
     return detail::filled<punctual_ray_batch_outcome>(punctual_ray_batch_resume, this, workspace.get(), budget, clock,
                                                       hits);
+  }
+  Result<punctual_remaining> remaining(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_ray_batch_remaining, this, workspace.get());
   }
 };
 
@@ -602,6 +627,10 @@ struct Points {
                                          const punctual_clock *clock = nullptr) const noexcept {
     return detail::filled<punctual_points_outcome>(punctual_points_resume, tree.get(), points, count,
                                                    measures ? 1U : 0U, workspace.get(), budget, clock, bounds);
+  }
+  Result<punctual_remaining> remaining(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_points_remaining, tree.get(), points, count, measures ? 1U : 0U,
+                                              workspace.get());
   }
 };
 

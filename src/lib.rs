@@ -32,12 +32,13 @@
 //! 1. Each subtree stores its measured **alpha**, the factor by which boxes shrink from level to
 //!    level ([`tree::Subtree::alpha_product`]).
 //! 2. Alpha and the levels left give **N_v**, the expected number of box tests
-//!    ([`Query::predict`]).
+//!    ([`Query::predict`]). A [`PairMemory`] corrects what is told of its pair.
 //! 3. Node pairs that overlap wait in a **priority queue**, by depth, size and levels left
 //!    ([`intersection::Order`]). The first is replaced by the pairs of its children.
 //! 4. The **budget** may stop the query between two steps of bounded work ([`Budget`]).
-//! 5. A stopped query returns what it has found. [`Query::estimate`] tells the work left and the
-//!    **confidence**: the probability of an intersection, and the share found.
+//! 5. A stopped query returns what it has found. [`Query::remaining`] tells the work and time left
+//!    and the **confidence**: the probability of an intersection. [`Query::estimate`] tells the
+//!    share found too.
 //!
 //! # Guarantees
 //!
@@ -57,8 +58,8 @@
 //!   ([`Query::run`]). The same input and budget of work give the same bits.
 //!
 //! The rest is estimated: the cost of a query ([`Query::predict`]), and for a stopped query the
-//! work left, the probability that the surfaces intersect, and the share of the intersections found
-//! ([`Query::estimate`]).
+//! work and time left, the probability that the surfaces intersect ([`Query::remaining`]), and the
+//! share of the intersections found ([`Query::estimate`]).
 //!
 //! # Further
 //!
@@ -166,5 +167,5 @@ pub mod prediction {
         WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
     };
     pub use crate::model::prediction::Quantiles;
-    pub use crate::query::{Estimate, Prediction};
+    pub use crate::query::{Estimate, Prediction, Remaining};
 }

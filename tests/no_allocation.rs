@@ -88,6 +88,7 @@ fn use_distance(
             .run(workspace, budget.clock(&clock));
         while said.stop != StopReason::Finished {
             let _ = black_box(query.estimate(workspace, memory.as_deref()));
+            let _ = black_box(query.remaining(workspace, memory.as_deref()));
             black_box(query.certificate(workspace).unwrap().boxes().count());
             let more = [Budget::work(5_000), Budget::time(Duration::from_micros(30))]
                 [usize::from(said.stats.work % 2 == 1)];

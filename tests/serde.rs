@@ -329,6 +329,39 @@ fn a_memory_with_an_impossible_rate_of_changes_is_refused() {
 }
 
 #[test]
+fn a_memory_keeps_what_it_learned_of_predictions_and_an_impossible_factor_is_refused() {
+    let (a, b) = (
+        Tree::new(shapes::icosphere(3)),
+        Tree::new(shapes::gear(11, 2)),
+    );
+    let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
+    let mut random = Random::new(85);
+    let mut query = || {
+        let pose = pose_about(DVec3::ZERO, 0.4, Drift::None, &mut random);
+        Query::all_pairs(&a, &b, pose)
+    };
+    for _ in 0..5 {
+        let query = query();
+        let _ = query.predict(Some(&memory));
+        let _ = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
+    }
+    let text = to_string(&memory).unwrap();
+    let mut read: PairMemory = from_str(&text).unwrap();
+    for memory in [&mut memory, &mut read] {
+        let _ = run_with_memory(&query(), &mut workspace, memory, Budget::work(0));
+    }
+    let query = query();
+    let told = query.predict(Some(&memory));
+    assert_ne!(told, query.predict(None));
+    assert_eq!(query.predict(Some(&read)), told);
+    let first = text.find("\"told\":[[[").unwrap() + "\"told\":[[[".len();
+    let end = first + text[first..].find(',').unwrap();
+    let bad = format!("{}{}{}", &text[..first], "99.0", &text[end..]);
+    let error = from_str::<PairMemory>(&bad).unwrap_err().to_string();
+    assert!(error.contains("factor"), "{error}");
+}
+
+#[test]
 fn a_calibration_goes_on_where_it_was_and_an_impossible_one_is_refused() {
     let mut random = Random::new(82);
     let mut calibration = Calibration::default();

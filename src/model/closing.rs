@@ -6,7 +6,7 @@
 
 use super::constants::{DISTANCE_AFTER, DISTANCE_BETWEEN, DISTANCE_LEFT, LIMIT_LEFT};
 use super::cost::WORK_PER_EXPANSION;
-use super::prediction::{Quantiles, dot, with_history};
+use super::prediction::{Quantiles, after, dot};
 use libm::{exp2, log2};
 
 /// The inputs of both predictions, for a distance query that has not begun or was stopped. The
@@ -68,18 +68,20 @@ fn ratio(low: f64, high: f64) -> f64 {
     if low > 0.0 { low / high } else { 0.0 }
 }
 
-/// Units of work left. `previous` is the total work of the pair's previous query.
-pub fn work_left(closing: &Closing, previous: Option<f64>) -> Quantiles {
+/// Units of work left.
+pub fn work_left(closing: &Closing) -> Quantiles {
     let x = closing_features(closing);
     let weights = if closing.limit.is_some() {
         LIMIT_LEFT
     } else {
         DISTANCE_LEFT
     };
-    let model = Quantiles::ordered(weights.map(|w| exp2(dot(&w, &x))), LEAST);
-    previous.map_or(model, |previous| {
-        with_history(model, previous, closing.work, DISTANCE_AFTER)
-    })
+    Quantiles::ordered(weights.map(|w| exp2(dot(&w, &x))), LEAST)
+}
+
+/// Units of work of a query after a `previous` one of the same pair, from the latter alone.
+pub fn work_after(previous: f64) -> Quantiles {
+    after(previous, DISTANCE_AFTER)
 }
 
 /// Quantiles of the distance. They are within the bounds, and certain only if the bounds are equal.

@@ -127,13 +127,13 @@ pub fn recall_features(frontier: &FrontierSummary) -> [f64; 9] {
 /// 2. found by tracing, and reached by the boxes since;
 /// 3. found by a triangle test, because tracing had not found them.
 ///
-/// The larger the second kind is relative to the third, the larger is the fraction of the pairs not
-/// yet reached that tracing has found.
-pub fn tracing_features(frontier: &FrontierSummary) -> [f64; 13] {
+/// The fraction of the second kind among the pairs that the boxes have reached estimates the
+/// fraction of all pairs that tracing has found.
+pub fn tracing_features(frontier: &FrontierSummary) -> [f64; 19] {
     let [
         one,
         left,
-        _,
+        found,
         tests,
         bv_tests,
         waiting,
@@ -146,6 +146,7 @@ pub fn tracing_features(frontier: &FrontierSummary) -> [f64; 13] {
         frontier.passed,
         frontier.found - frontier.followed,
     ];
+    let traced = frontier.passed / (frontier.passed + kinds[2]).max(1.0);
     let [ahead, passed, new] = kinds.map(|count| log2(count.max(0.0) + 1.0));
     let follows = f64::from(frontier.follows);
     [
@@ -162,6 +163,12 @@ pub fn tracing_features(frontier: &FrontierSummary) -> [f64; 13] {
         crossing,
         follows,
         follows * ahead,
+        found,
+        log2(frontier.cost + 1.0),
+        log2(frontier.probed + 1.0),
+        traced,
+        traced * ahead,
+        traced * left,
     ]
 }
 

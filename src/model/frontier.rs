@@ -24,11 +24,11 @@ pub struct FrontierSummary {
     pub triangle_pairs: f64,
     /// Open node pairs.
     pub node_pairs: f64,
-    /// Sum of [`pair_cost`] over the open node pairs.
+    /// Sum of [`pair_cost`](super::visits::pair_cost) over the open node pairs.
     pub cost: f64,
-    /// Largest [`pair_cost`] of an open node pair.
+    /// Largest [`pair_cost`](super::visits::pair_cost) of an open node pair.
     pub largest: f64,
-    /// Sum over the open node pairs: [`pair_cost`] times relative penetration.
+    /// Sum over the open node pairs: [`pair_cost`](super::visits::pair_cost) times relative penetration.
     pub depth: f64,
     /// Deepest relative penetration of an open node pair, 0 to 1.
     pub deepest: f64,
@@ -53,18 +53,4 @@ impl FrontierSummary {
     pub fn is_clear(&self) -> bool {
         self.triangle_pairs + self.node_pairs == 0.0
     }
-}
-
-/// Expected BV tests below a pair of nodes: `27 (v_A v_B p^3)^(1/4)`. `v` is the expected number of
-/// BV tests of a node against a copy of itself, averaged over placements. `p` is the relative
-/// penetration of the boxes, 0 to 1.
-///
-/// The exponents are rounded from a fit of the sums over 47,000 frontiers (`docs/model.md`). The
-/// tests that a frontier still needs are predicted from its sum, with weights fitted separately.
-#[inline(always)]
-pub fn pair_cost(self_costs: [f32; 2], penetration: f32) -> f32 {
-    let p = penetration;
-    // The root of `libm` is a legacy instruction, which stalls AVX code.
-    let fourth = wide::f32x4::splat(self_costs[0] * self_costs[1] * p * p * p);
-    27.0 * fourth.sqrt().sqrt().as_array()[0]
 }

@@ -3,7 +3,7 @@
 
 use super::constants::{MOTION_AFTER, MOTION_LEFT};
 use super::cost::WORK_PER_SWEPT_EXPANSION;
-use super::prediction::{Quantiles, dot, with_history};
+use super::prediction::{Quantiles, after, dot};
 use libm::{exp2, log2};
 
 /// The inputs of the prediction of a motion query that has not begun, or was stopped. Lengths are
@@ -64,11 +64,13 @@ pub fn passing_features(passing: &Passing) -> [f64; 9] {
     ]
 }
 
-/// Units of work left. `previous` is the total work of the pair's previous query.
-pub fn work_left(passing: &Passing, previous: Option<f64>) -> Quantiles {
+/// Units of work left.
+pub fn work_left(passing: &Passing) -> Quantiles {
     let x = passing_features(passing);
-    let model = Quantiles::ordered(MOTION_LEFT.map(|w| exp2(dot(&w, &x))), LEAST);
-    previous.map_or(model, |previous| {
-        with_history(model, previous, passing.work, MOTION_AFTER)
-    })
+    Quantiles::ordered(MOTION_LEFT.map(|w| exp2(dot(&w, &x))), LEAST)
+}
+
+/// Units of work of a query after a `previous` one of the same pair, from the latter alone.
+pub fn work_after(previous: f64) -> Quantiles {
+    after(previous, MOTION_AFTER)
 }

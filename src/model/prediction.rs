@@ -5,8 +5,8 @@
 //! the frontier is the pair of roots, and all tests are left.
 
 use super::constants::{
-    ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST,
-    TRIANGLE_TESTS_OF_BV_TESTS,
+    ALL_AFTER, ALL_BEFORE, ALL_LEFT, ANY_AFTER, ANY_BEFORE, ANY_LEFT, OPENINGS_OF_BV_TESTS,
+    ROOT_MOST, TRIANGLE_TESTS_OF_BV_TESTS,
 };
 use super::cost::Counts;
 use super::frontier::FrontierSummary;
@@ -69,56 +69,67 @@ fn unseen(frontier: &FrontierSummary) -> f64 {
     frontier.cost / expected(frontier)
 }
 
-/// Features of [`all_left`]: 1, the logarithm of the expected tests, and the fraction of them that
-/// is only estimated.
-pub fn features_of_all(frontier: &FrontierSummary) -> [f64; 3] {
-    [1.0, log2(expected(frontier)), unseen(frontier)]
+/// Features of [`all_left`]: 1, the logarithm of the expected tests, the fraction of them that is
+/// only estimated, the deepest pair, the crossing, and the numbers of open and waiting pairs.
+pub fn features_of_all(frontier: &FrontierSummary) -> [f64; 7] {
+    [
+        1.0,
+        log2(expected(frontier)),
+        unseen(frontier),
+        frontier.deepest,
+        frontier.crossing,
+        log2(frontier.node_pairs + 1.0),
+        log2(frontier.triangle_pairs + 1.0),
+    ]
 }
 
-/// Features of [`any_left`]: those of [`all_left`], the probability of a hit, and the products of
-/// both. A hit ends the query.
-pub fn features_of_any(frontier: &FrontierSummary, probability: f64) -> [f64; 6] {
-    let [one, size, unseen] = features_of_all(frontier);
+/// Features of [`any_left`]: those of [`all_left`], the probability of a hit, and its products with
+/// two of them. A hit ends the query.
+pub fn features_of_any(frontier: &FrontierSummary, probability: f64) -> [f64; 10] {
+    let [one, size, unseen, deepest, crossing, nodes, waiting] = features_of_all(frontier);
+    let p = probability;
     [
         one,
         size,
         unseen,
-        probability,
-        probability * size,
-        probability * unseen,
+        deepest,
+        crossing,
+        nodes,
+        waiting,
+        p,
+        p * size,
+        p * unseen,
     ]
 }
 
-/// BV tests left in a query that finds all intersections. `previous` is the total of the pair's
-/// previous query.
-pub fn all_left(frontier: &FrontierSummary, previous: Option<f64>) -> Quantiles {
+/// BV tests left in a query that finds all intersections.
+pub fn all_left(frontier: &FrontierSummary) -> Quantiles {
     if frontier.is_done() {
         return Quantiles::exactly(0.0);
     }
-    let model = all_by_frontier(frontier);
-    previous.map_or(model, |previous| {
-        with_history(model, previous, frontier.bv_tests, ALL_AFTER)
-    })
-}
-
-fn all_by_frontier(frontier: &FrontierSummary) -> Quantiles {
     let x = features_of_all(frontier);
-    Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), frontier.probed)
+    let weights = if frontier.is_begun() {
+        ALL_LEFT
+    } else {
+        ALL_BEFORE
+    };
+    Quantiles::ordered(weights.map(|w| exp2(dot(&w, &x))), frontier.probed)
 }
 
 /// BV tests left in a query that ends with the first intersection. `probability` is that of an
 /// intersection.
-pub fn any_left(frontier: &FrontierSummary, probability: f64, previous: Option<f64>) -> Quantiles {
+pub fn any_left(frontier: &FrontierSummary, probability: f64) -> Quantiles {
     if frontier.is_done() {
         return Quantiles::exactly(0.0);
     }
     let x = features_of_any(frontier, probability);
-    let Quantiles { p90, .. } = all_by_frontier(frontier);
-    let most = |q: f64| q.min(p90);
-    let model = Quantiles::ordered(ANY_LEFT.map(|w| most(exp2(dot(&w, &x)))), 1.0);
-    previous.map_or(model, |previous| {
-        with_history(model, previous, frontier.bv_tests, ANY_AFTER)
-    })
+    let Quantiles { p90, .. } = all_left(frontier);
+    let weights = if frontier.is_begun() {
+        ANY_LEFT
+    } else {
+        ANY_BEFORE
+    };
+    Quantiles::ordered(weights.map(|w| exp2(dot(&w, &x)).min(p90)), 1.0)
 }
 
 /// log2 of the 90 % quantile of the BV tests of a whole query that finds all intersections.
@@ -139,33 +150,20 @@ pub fn most_of_any_after(previous: f64, log2: fn(f64) -> f64) -> f64 {
     log2(previous.max(1.0)) + ANY_AFTER[2]
 }
 
-/// Blends quantiles of the model with a prediction from the pair's previous query, whose total was
-/// `previous`. `changes` are quantiles of `log2(now / previous)`. On coherent motion the cost of
-/// the previous query is by far the best predictor. The further this query has come (`used`), the
-/// less the previous one says about the rest.
-///
-/// `log2 E = (1 - w) (log2 max(previous - used, 1) + change) + w log2 model`, `w = clamp(used /
-/// previous, 0, 1)`. The model counts as at least 1, and so does `previous`.
-pub(super) fn with_history(
-    model: Quantiles,
-    previous: f64,
-    used: f64,
-    changes: [f64; 3],
-) -> Quantiles {
-    let previous = previous.max(1.0);
-    let weight = (used / previous).clamp(0.0, 1.0);
-    let left = log2((previous - used).max(1.0));
-    let blend = |model: f64| exp2((1.0 - weight) * left + weight * log2(model.max(1.0)));
-    let after = |model: f64, change: f64| blend(model) * exp2((1.0 - weight) * change);
-    let [low, middle, high] = changes;
-    Quantiles::ordered(
-        [
-            after(model.p10, low),
-            after(model.p50, middle),
-            after(model.p90, high),
-        ],
-        0.0,
-    )
+/// BV tests of a query after a `previous` one of the same pair, from the latter
+/// alone, if both find all intersections.
+pub fn all_after(previous: f64) -> Quantiles {
+    after(previous, ALL_AFTER)
+}
+
+/// [`all_after`] for a query that ends with the first intersection.
+pub fn any_after(previous: f64) -> Quantiles {
+    after(previous, ANY_AFTER)
+}
+
+/// `changes` are quantiles of `log2(now / previous)`.
+pub(super) fn after(previous: f64, changes: [f64; 3]) -> Quantiles {
+    Quantiles::ordered(changes.map(|change| previous.max(1.0) * exp2(change)), 1.0)
 }
 
 /// The counts of a query from the log2 of its BV tests. Power laws give the triangle tests and the

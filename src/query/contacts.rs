@@ -22,6 +22,8 @@ use super::traversal::traverse;
 use super::triangle_pairs::PATIENCE;
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::{Contact, face_normal};
+use crate::model::listing::contacts_left;
+use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::Pose;
@@ -204,6 +206,10 @@ impl Ask<Contacts> for Query<'_, Contacts> {
             workspace.search.interval.low()
         };
         ContactBounds { low }
+    }
+
+    fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        (contacts_left(&self.listing(workspace)), None)
     }
 }
 

@@ -17,6 +17,7 @@ use super::strategy::Strategy;
 use super::traversal::traverse;
 use super::triangle_pairs::ids;
 use super::workspace::{Asked, Key, Workspace};
+use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::Pose;
@@ -275,6 +276,7 @@ impl Ask<Distance> for Query<'_, Distance> {
             let is_whole = stop.is_final() && !workspace.search.interval.has_limit();
             let work = is_whole.then(|| workspace.work());
             memory.remember_distance(trees, b_in_a, &workspace.search.interval, work);
+            memory.learn(self.sought(), workspace, workspace.work(), stop.is_final());
         }
         stop
     }
@@ -308,6 +310,11 @@ impl Ask<Distance> for Query<'_, Distance> {
             closer,
             within,
         }
+    }
+
+    fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        let closing = self.closing(workspace.work(), self.bounds(&workspace.search.interval));
+        (self.work_left(&closing, memory), None)
     }
 }
 

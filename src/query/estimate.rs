@@ -7,19 +7,23 @@
 
 use super::distance::Distance;
 use super::intersection::Intersection;
-use super::memory::{PairMemory, Sought};
+use super::memory::PairMemory;
 use super::options::Mode;
 use super::probe::Probe;
-use super::question::Query;
+use super::question::{Ask, Query, Question};
 use super::queue::Pair;
 use super::relative_pose::RelativePose;
 use super::strategy::Tracing;
-use super::workspace::{ResumeError, Workspace};
+use super::told::Sought;
+use super::workspace::{Asked, ResumeError, Workspace};
 use crate::model::closing::{self, Closing};
 use crate::model::confidence::{self, Lead};
 use crate::model::cost::{CostModel, Counts};
-use crate::model::frontier::{FrontierSummary, pair_cost};
+use crate::model::frontier::FrontierSummary;
+use crate::model::listing::Listing;
 use crate::model::prediction::{self, Quantiles};
+use crate::model::visits::pair_cost;
+use crate::tree::Tree;
 use core::time::Duration;
 use punctual_geom::lanes::Instructions;
 use punctual_geom::nanoseconds;
@@ -109,8 +113,7 @@ impl Query<'_, Intersection> {
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Prediction {
         let memory = self.known(memory);
-        let left = self.left(&self.frontier_before(), memory);
-        Prediction::of(left)
+        self.rest(&self.frontier_before(), 0, memory)
     }
 
     /// Estimates what the last run of this query in `workspace` leaves open, using the memory of
@@ -145,7 +148,7 @@ impl Query<'_, Intersection> {
         let remaining = if decided || frontier.is_done() {
             Prediction::default()
         } else {
-            Prediction::of(self.left(&frontier, memory))
+            self.rest(&frontier, workspace.work(), memory)
         };
         let probability = if run.stats.found > 0 {
             1.0
@@ -245,19 +248,50 @@ impl Query<'_, Intersection> {
         confidence::probability(frontier, history.as_ref(), self.asked.prior)
     }
 
-    fn left(&self, frontier: &FrontierSummary, memory: Option<&PairMemory>) -> Quantiles {
-        let previous = self.previous(memory);
-        match self.asked.options.mode {
-            Mode::All => prediction::all_left(frontier, previous),
-            Mode::Any => {
-                prediction::any_left(frontier, self.probability(frontier, memory), previous)
-            }
+    /// What is left of a query with this frontier, after `work`.
+    fn rest(
+        &self,
+        frontier: &FrontierSummary,
+        work: u64,
+        memory: Option<&PairMemory>,
+    ) -> Prediction {
+        let mode = self.asked.options.mode;
+        let tests = match mode {
+            Mode::All => prediction::all_left(frontier),
+            Mode::Any => prediction::any_left(frontier, self.probability(frontier, memory)),
+        };
+        let model = Prediction::of(tests);
+        if frontier.is_done() {
+            return model;
+        }
+        let after = |memory: &PairMemory| {
+            let previous = memory.last_bv_tests_of(mode)? as f64;
+            Some(match mode {
+                Mode::All => prediction::all_after(previous),
+                Mode::Any => prediction::any_after(previous),
+            })
+        };
+        let used = frontier.bv_tests;
+        let told = self.told(memory, Sought::tests(mode), used, tests, after);
+        let work_after = |memory: &PairMemory| Some(Prediction::of(after(memory)?).work);
+        let work = self.told(
+            memory,
+            Sought::work(mode),
+            work as f64,
+            model.work,
+            work_after,
+        );
+        Prediction {
+            work,
+            ..Prediction::of(told)
         }
     }
 
-    /// BV tests of the last query of this mode.
-    fn previous(&self, memory: Option<&PairMemory>) -> Option<f64> {
-        Some(memory?.last_bv_tests_of(self.asked.options.mode)? as f64)
+    /// Lets the memory of the pair learn from a call.
+    pub(super) fn teach(&self, memory: &mut PairMemory, workspace: &Workspace, is_finished: bool) {
+        let (mode, run) = (self.asked.options.mode, &workspace.run.stats);
+        memory.learn(Sought::tests(mode), workspace, run.bv_tests, is_finished);
+        memory.learn(Sought::work(mode), workspace, run.work, is_finished);
     }
 
     /// True if the time is expected to suffice for the 90 % quantile of the cost. Without a memory,
@@ -274,7 +308,9 @@ impl Query<'_, Intersection> {
         };
         let memory = self.known(memory);
         let roots = pair_cost([a.self_cost, b.self_cost], 1.0);
-        let most = |log2: fn(f64) -> f64| match (self.previous(memory), self.asked.options.mode) {
+        let mode = self.asked.options.mode;
+        let previous = memory.and_then(|memory| memory.last_bv_tests_of(mode));
+        let most = |log2: fn(f64) -> f64| match (previous.map(|tests| tests as f64), mode) {
             (None, _) => prediction::most(roots.into(), log2),
             (Some(previous), Mode::All) => prediction::most_of_all_after(previous, log2),
             (Some(previous), Mode::Any) => prediction::most_of_any_after(previous, log2),
@@ -286,6 +322,51 @@ impl Query<'_, Intersection> {
         }
         let most = most(libm::log2);
         cost_model.time(&prediction::counts(most)) <= nanoseconds(limit)
+    }
+}
+
+impl<Q: Question> Query<'_, Q>
+where
+    Self: Ask<Q>,
+{
+    /// What the memory of the pair makes of the model's quantiles of the work left, after `used`.
+    /// `after` is the prediction by the query before.
+    pub(super) fn told(
+        &self,
+        memory: Option<&PairMemory>,
+        sought: Sought,
+        used: f64,
+        model: Quantiles,
+        after: impl FnOnce(&PairMemory) -> Option<Quantiles>,
+    ) -> Quantiles {
+        match memory.filter(|memory| memory.is_of(self.a, self.b)) {
+            Some(memory) => memory.tell(sought, &self.key(), used, model, || after(memory)),
+            None => model,
+        }
+    }
+
+    /// What a run for contacts or manifolds in the workspace has done and left.
+    #[doc(hidden)]
+    pub fn listing(&self, workspace: &Workspace) -> Listing {
+        let asked = self.key().asked;
+        // Once all pairs are listed, the frontier holds nodes that rays enter.
+        let is_listed = matches!(asked, Asked::Manifolds(_)) && workspace.reduction.is_listed;
+        let nodes = [self.a, self.b].map(Tree::nodes);
+        let fourth_root = |pair: Pair| {
+            let [a, b] = [0, 1].map(|side| nodes[side][pair.nodes[side] as usize].self_cost);
+            f64::from(libm::sqrtf(libm::sqrtf(a * b)))
+        };
+        let pairs = || workspace.frontier.iter().filter(|_| !is_listed);
+        let open = pairs().count();
+        let sum: f64 = pairs().take(SAMPLE).map(fourth_root).sum();
+        let waiting = workspace.triangle_pairs().count() + workspace.search.pairs().count();
+        Listing {
+            pairs: self.a.mesh().len() as f64 * self.b.mesh().len() as f64,
+            work: workspace.work() as f64,
+            found: workspace.found() as f64,
+            waiting: waiting as f64,
+            open: sum * open as f64 / open.clamp(1, SAMPLE) as f64,
+        }
     }
 }
 
@@ -311,8 +392,8 @@ impl Query<'_, Distance> {
     /// One unit takes the time [`CostModel::bv_test`]. Constant time, no allocation; the same bits
     /// on every machine.
     ///
-    /// The prediction is rough: half of the queries are within a factor of 2.1 of the median, nine
-    /// of ten within 5.6. With a memory of frames close together the factors are 1.2 and 4.9
+    /// The prediction is rough: half of the queries are within a factor of 2.4 of the median, nine
+    /// of ten within 6.5. With a memory of frames close together the factors are 1.2 and 5
     /// (`docs/model.md`).
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Quantiles {
@@ -361,14 +442,20 @@ impl Query<'_, Distance> {
         }
     }
 
-    fn work_left(&self, closing: &Closing, memory: Option<&PairMemory>) -> Quantiles {
-        let previous =
-            memory.and_then(|memory| memory.last_work_of(Sought::Distance, self.a, self.b));
-        closing::work_left(
-            closing,
-            previous
-                .filter(|_| closing.limit.is_none())
-                .map(|work| work as f64),
-        )
+    pub(super) fn work_left(&self, closing: &Closing, memory: Option<&PairMemory>) -> Quantiles {
+        let model = closing::work_left(closing);
+        self.told(memory, self.sought(), closing.work, model, |memory| {
+            let previous = memory.last_work_of(Sought::Distance)?;
+            let is_whole = closing.limit.is_none();
+            is_whole.then(|| closing::work_after(previous as f64))
+        })
+    }
+
+    pub(super) fn sought(&self) -> Sought {
+        if self.asked.options.limit < f64::INFINITY {
+            Sought::Closer
+        } else {
+            Sought::Distance
+        }
     }
 }

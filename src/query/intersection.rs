@@ -20,6 +20,7 @@ use super::traversal::traverse;
 use super::workspace::{Asked, Key, Workspace};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
+use crate::model::prediction::Quantiles;
 use crate::tree::{Tree, WIDTH};
 use punctual_geom::{Pose, nanoseconds};
 
@@ -211,6 +212,7 @@ impl<'t> Query<'t, Intersection> {
         if let Some(memory) = memory {
             memory.bind(self.a, self.b);
             memory.remember(self.asked.options.mode, stop, workspace, before);
+            self.teach(memory, workspace, stop.is_final());
         }
         stop
     }
@@ -264,6 +266,13 @@ impl Ask<Intersection> for Query<'_, Intersection> {
             Some(inner) => Verdict::Contained { inner },
             None => workspace.verdict(stop),
         }
+    }
+
+    fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        self.estimate(workspace, memory).map_or_else(
+            |_| Default::default(),
+            |estimate| (estimate.remaining.work, Some(estimate.probability)),
+        )
     }
 }
 

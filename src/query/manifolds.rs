@@ -13,9 +13,12 @@ use super::options::{ContactOptions, OptionError};
 use super::outcome::StopReason;
 use super::overlaps;
 use super::question::{Ask, Query, Question, Remembers};
+use super::told::Sought;
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::manifold::{Before, Manifold, ManifoldMemory, Shape, number};
 use crate::model::cost::{WORK_PER_RAY, WORK_PER_RAY_TEST};
+use crate::model::listing::manifolds_left;
+use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
 use core::mem;
 use punctual_geom::Pose;
@@ -219,11 +222,13 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
     fn advance(
         &self,
         workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
+        mut memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
         let is_new = mem::replace(&mut workspace.reduction.is_new, false);
-        let memory = memory.map(|memory| memory.manifolds([self.a, self.b], is_new));
+        let known = memory
+            .as_deref_mut()
+            .map(|memory| memory.manifolds([self.a, self.b], is_new));
         let to_b = self.asked.b_in_a.inverse_unchecked();
         let mut stop = StopReason::Finished;
         if !workspace.reduction.is_listed {
@@ -231,7 +236,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             workspace.reduction.is_listed = stop.is_final();
         }
         if stop.is_final() && !workspace.overlaps.is_done() {
-            let before = Before::new(memory.as_deref(), &to_b, self.size());
+            let before = Before::new(known.as_deref(), &to_b, self.size());
             stop = overlaps::advance(self.shape(), before, workspace, deadline);
         }
         if stop == StopReason::Finished && self.may_contain() {
@@ -242,7 +247,15 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             };
         }
         workspace.run.stopped = !stop.is_final();
-        self.tell(workspace, memory, &to_b, stop);
+        self.tell(workspace, known, &to_b, stop);
+        if let Some(memory) = memory {
+            memory.learn(
+                Sought::Manifolds,
+                workspace,
+                workspace.work(),
+                stop.is_final(),
+            );
+        }
         stop
     }
 
@@ -263,5 +276,14 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             nearest: nearest.map(|(pair, distance)| (ids(pair), distance)),
             within: workspace.run.containment.inner(),
         }
+    }
+
+    fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        let model = manifolds_left(&self.listing(workspace));
+        let done = workspace.work() as f64;
+        (
+            self.told(memory, Sought::Manifolds, done, model, |_| None),
+            None,
+        )
     }
 }

@@ -5,9 +5,11 @@ use super::interval::Interval;
 use super::options::Mode;
 use super::outcome::{StopReason, Verdict};
 use super::queue::PATHS;
-use super::workspace::Workspace;
+use super::told::{Sought, Told};
+use super::workspace::{Key, Workspace};
 use crate::contact::manifold::ManifoldMemory;
 use crate::model::confidence::History;
+use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
@@ -19,14 +21,6 @@ pub(super) const WITNESSES: usize = 8;
 
 /// Number of frames over which the change rate is averaged.
 const FRAMES_OF_RATE: f64 = 20.0;
-
-/// The kind of query whose work is remembered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) enum Sought {
-    Distance,
-    Motion,
-}
 
 /// The state before a call.
 #[derive(Clone, Copy)]
@@ -72,6 +66,9 @@ pub struct PairMemory {
     last_bv_tests: Option<(Mode, u64)>,
     /// Work of the last finished distance or motion query.
     last_work: Option<(Sought, u64)>,
+    /// What is told of queries of this pair; `None` in scenes, which have many memories and do not
+    /// ask.
+    told: Option<Box<Told>>,
     frames_undecided: u32,
     #[cfg_attr(feature = "serde", serde(deserialize_with = "rate"))]
     change_rate: Option<f64>,
@@ -93,6 +90,7 @@ impl Default for PairMemory {
     fn default() -> Self {
         Self {
             clearance: Some(Box::new(Clearance::NOTHING)),
+            told: Some(Box::default()),
             ..Self::without_clearance()
         }
     }
@@ -104,7 +102,7 @@ impl PairMemory {
         Self::default()
     }
 
-    /// An empty memory that never stores a clearance.
+    /// An empty memory that stores no clearance and learns nothing of predictions.
     #[doc(hidden)]
     pub fn without_clearance() -> Self {
         Self {
@@ -116,6 +114,7 @@ impl PairMemory {
             last_verdict: None,
             last_bv_tests: None,
             last_work: None,
+            told: None,
             frames_undecided: 0,
             change_rate: None,
         }
@@ -139,13 +138,41 @@ impl PairMemory {
             .map(|(_, bv_tests)| bv_tests)
     }
 
-    /// Work of the last finished distance or motion query of this pair; `None` if it was of the
-    /// other kind.
-    pub(super) fn last_work_of(&self, sought: Sought, a: &Tree, b: &Tree) -> Option<u64> {
-        let of_pair = self.last_work.filter(|_| self.is_of(a, b));
-        of_pair
+    /// Work of the last finished distance or motion query; `None` if it was of the other kind.
+    pub(super) fn last_work_of(&self, sought: Sought) -> Option<u64> {
+        self.last_work
             .filter(|(of, _)| *of == sought)
             .map(|(_, work)| work)
+    }
+
+    /// The quantiles of the work left in a query that has done `used`, from those of the model and
+    /// from what was told of this pair before. While nothing is learned, a prediction before a
+    /// query is the one by the query before, `after`.
+    pub(super) fn tell(
+        &self,
+        sought: Sought,
+        key: &Key,
+        used: f64,
+        model: Quantiles,
+        after: impl FnOnce() -> Option<Quantiles>,
+    ) -> Quantiles {
+        let told = self.told.as_ref();
+        told.and_then(|told| told.tell(sought, key, used, model))
+            .or_else(|| (used == 0.0).then(after).flatten())
+            .unwrap_or(model)
+    }
+
+    /// Learns from a call of a query that has done this much by now.
+    pub(super) fn learn(
+        &mut self,
+        sought: Sought,
+        workspace: &Workspace,
+        done: u64,
+        is_finished: bool,
+    ) {
+        if let Some(told) = &mut self.told {
+            told.learn(sought, workspace.run.key.as_ref(), done, is_finished);
+        }
     }
 
     /// Number of frames since the verdict was last decided.
@@ -206,9 +233,14 @@ impl PairMemory {
             self.nearest = self.nearest.filter(|&[x, y]| exists(a, x) && exists(b, y));
         } else if self.trees != trees {
             // The clearance checks its trees itself.
+            let mut told = self.told.take();
+            if let Some(told) = &mut told {
+                **told = Told::default();
+            }
             *self = Self {
                 trees,
                 clearance: self.clearance.take(),
+                told,
                 ..Self::without_clearance()
             };
         }

@@ -69,6 +69,7 @@ mod search;
 mod separating_plane;
 mod strategy;
 pub(crate) mod system;
+mod told;
 mod trace;
 mod traversal;
 #[cfg(all(test, feature = "std"))]
@@ -94,7 +95,7 @@ pub use order::Order;
 pub use outcome::{Answer, Stats, StopReason, Verdict};
 pub use overlaps::REGION_LIMIT;
 pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
-pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};
+pub use question::{Ask, Query, QueryWithMemory, Question, Remaining, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
 pub use separating_plane::SeparatingPlane;
 pub use system::{ClockedBudget, SYSTEM};

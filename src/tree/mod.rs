@@ -106,6 +106,8 @@ pub struct TreeStats {
     pub nodes_per_level: Vec<usize>,
     /// Mean alpha of the subtrees on each level, per axis of their boxes.
     pub alpha_per_level: Vec<Vec3>,
+    /// Mean number of binary levels of the subtrees on each level: log2 of their triangles.
+    pub levels_per_level: Vec<f32>,
     /// Bytes of the nodes.
     pub bytes_nodes: usize,
     /// Bytes of the triangles as the fast filter reads them, of their vertex indices, and of their
@@ -251,6 +253,11 @@ impl Tree {
         })
     }
 
+    /// The subtrees of all nodes: the root's first, each before those below it.
+    pub fn subtrees(&self) -> impl Iterator<Item = Subtree<'_>> {
+        (0..self.nodes.len()).map(|index| Subtree { tree: self, index })
+    }
+
     /// Statistics. `O(nodes)`.
     pub fn stats(&self) -> TreeStats {
         let depth = self
@@ -259,12 +266,16 @@ impl Tree {
             .map_or(0, |root| usize::from(root.height));
         let mut nodes_per_level = alloc::vec![0; depth];
         let mut alpha_per_level = alloc::vec![Vec3::ZERO; depth];
+        let mut levels_per_level = alloc::vec![0.0; depth];
         for node in &self.nodes {
-            nodes_per_level[usize::from(node.depth)] += 1;
-            alpha_per_level[usize::from(node.depth)] += self.alpha(node);
+            let level = usize::from(node.depth);
+            nodes_per_level[level] += 1;
+            alpha_per_level[level] += self.alpha(node);
+            levels_per_level[level] += node.levels;
         }
-        for (sum, &count) in alpha_per_level.iter_mut().zip(&nodes_per_level) {
-            *sum /= count as f32;
+        for (level, &count) in nodes_per_level.iter().enumerate() {
+            alpha_per_level[level] /= count as f32;
+            levels_per_level[level] /= count as f32;
         }
         TreeStats {
             triangles: self.mesh.len(),
@@ -273,6 +284,7 @@ impl Tree {
             depth,
             nodes_per_level,
             alpha_per_level,
+            levels_per_level,
             bytes_nodes: size_of_val(&*self.nodes),
             bytes_triangles: size_of_val(&*self.triangles)
                 + size_of_val(&*self.corners)

@@ -1,4 +1,5 @@
-//! The profile of a subtree, level by level: the input of the cost model.
+//! The profile of a subtree, level by level: the input of the cost model
+//! ([`visits`](crate::model::visits)).
 //!
 //! All values are measured along the axes of the subtree's root: a box with half extents `e` and
 //! axes `Q` counts as `|Q| e`. Levels are merged bottom-up from those of the children, one child
@@ -6,6 +7,7 @@
 
 use super::alpha::log_alpha;
 use super::wide::Node;
+use crate::model::visits::{Level, visits};
 use alloc::boxed::Box;
 use core::ops::Range;
 use glam::{Vec3, Vec3A};
@@ -191,18 +193,12 @@ impl<'n, L: Lanes> Siblings<'n, L> {
     }
 }
 
-/// Expected BV tests of a subtree with half extents `own` against a copy of itself, averaged over
-/// all overlapping placements: `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)`.
-/// Level `l` has `n_l` boxes with half extents `e(l)`; level 0 is the root. The mean of the
-/// products is replaced by the product of the means.
+/// [`visits`] of a subtree with half extents `own`. The mean of the products of the extents is
+/// replaced by the product of their means.
 #[inline(always)]
 fn self_cost(own: [f32; 3], levels: &[LevelProfile]) -> f32 {
-    let mut share = 1.0;
-    let mut tests = 0.0;
-    for level in levels {
-        tests += level.nodes * level.nodes * share;
-        let [x, y, z] = per_axis!(k => if own[k] > 0.0 { (level.half_extent[k] / own[k]).min(1.0) } else { 1.0 });
-        share = x * y * z;
-    }
-    tests
+    visits(levels.iter().map(|level| Level {
+        boxes: level.nodes,
+        shrinkage: per_axis!(k => if own[k] > 0.0 { (level.half_extent[k] / own[k]).min(1.0) } else { 1.0 }),
+    }))
 }

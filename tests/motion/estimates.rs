@@ -45,15 +45,15 @@ fn estimates_are_in_order_and_end_with_the_query() {
         let mut found = run(&query, &mut workspace, Budget::work(0));
         let mut budget = 100;
         while found.stop != StopReason::Finished {
-            let said = query.estimate(&workspace, Some(&memory)).unwrap();
-            assert!(is_ordered(said), "{said:?} of {found:?}");
+            let said = query.remaining(&workspace, Some(&memory)).unwrap();
+            assert!(is_ordered(said.work), "{said:?} of {found:?}");
             assert_eq!(
-                query.estimate(&workspace, Some(&memory)),
+                query.remaining(&workspace, Some(&memory)),
                 Ok(said),
                 "the same each time"
             );
             assert_eq!(
-                query.tolerance(0.1).estimate(&workspace, None),
+                query.tolerance(0.1).remaining(&workspace, None),
                 Err(ResumeError),
                 "another query"
             );
@@ -61,7 +61,9 @@ fn estimates_are_in_order_and_end_with_the_query() {
             budget *= 2;
         }
         assert_eq!(
-            query.estimate(&workspace, Some(&memory)),
+            query
+                .remaining(&workspace, Some(&memory))
+                .map(|left| left.work),
             Ok(Quantiles::default())
         );
         let _ = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);

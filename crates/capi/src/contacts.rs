@@ -3,6 +3,7 @@
 use crate::arrays::{find_room, list};
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::distance::not_negative;
+use crate::estimate::{punctual_remaining, tell};
 use crate::outcome::{punctual_certificate, punctual_stats, punctual_stop_reason};
 use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
 use crate::query::{answer, trees};
@@ -162,6 +163,22 @@ pub unsafe extern "C" fn punctual_contact_query_resume(
                 Ok(query.resume(w, b)?)
             })
         }
+    })
+}
+
+/// What the last run of this query in the workspace has still to do.
+/// Takes less than a microsecond and allocates nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_contact_query_remaining(
+    query: *const punctual_contact_query<'_>,
+    workspace: Option<&punctual_workspace>,
+    remaining: *mut punctual_remaining,
+) -> punctual_status {
+    door("punctual_contact_query_remaining", || {
+        // SAFETY: the contract of the header for structs.
+        unsafe { tell(&read(query, "query")?.check()?, workspace, None, remaining) }
     })
 }
 

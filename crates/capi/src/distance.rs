@@ -2,6 +2,7 @@
 
 use crate::arrays::list;
 use crate::budget::{punctual_budget, punctual_clock};
+use crate::estimate::{punctual_remaining, tell};
 use crate::memory::{known, punctual_memory};
 use crate::outcome::{
     punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason,
@@ -246,7 +247,7 @@ pub struct punctual_distance_estimate {
 grows!(punctual_distance_estimate: size, remaining..distance);
 
 /// Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
-/// guess: nine of ten queries are within a factor of 5.6 of the median. Takes constant time and allocates nothing.
+/// guess: nine of ten queries are within a factor of 6.5 of the median. Takes constant time and allocates nothing.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_distance_query_predict(
     query: *const punctual_distance_query<'_>,
@@ -288,6 +289,31 @@ pub unsafe extern "C" fn punctual_distance_query_estimate(
             distance,
         });
         Ok(())
+    })
+}
+
+/// What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be
+/// null, and learns from it when the query has ended.
+/// Takes less than a microsecond and allocates nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_distance_query_remaining(
+    query: *const punctual_distance_query<'_>,
+    workspace: Option<&punctual_workspace>,
+    memory: Option<&punctual_memory>,
+    remaining: *mut punctual_remaining,
+) -> punctual_status {
+    door("punctual_distance_query_remaining", || {
+        // SAFETY: the contract of the header for structs.
+        unsafe {
+            tell(
+                &read(query, "query")?.check()?,
+                workspace,
+                memory,
+                remaining,
+            )
+        }
     })
 }
 

@@ -4,9 +4,11 @@ use crate::memory::{known, punctual_memory};
 use crate::outcome::punctual_quantiles;
 use crate::query::punctual_query;
 use crate::sized::{grows, place, read};
-use crate::status::{door, given, punctual_status};
+use crate::status::{Fault, door, given, punctual_status};
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
+use punctual::Query;
+use punctual::engine::{Ask, Question};
 use punctual::prediction::{CostModel, Prediction};
 
 /// What a query, or the rest of one, is expected to take.
@@ -49,6 +51,72 @@ pub struct punctual_estimate {
 }
 
 grows!(punctual_estimate: size, remaining..recall);
+
+/// What a stopped query has still to do; all 0 of a finished one.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_remaining {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// Units of work.
+    pub work: punctual_quantiles,
+    /// Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the costs of the workspace.
+    pub time: punctual_quantiles,
+    /// Probability that the surfaces meet; NaN for questions other than `punctual_query`.
+    pub probability: f64,
+}
+
+grows!(punctual_remaining: size, work..probability);
+
+/// Writes what the last run of a query has still to do.
+///
+/// # Safety
+/// The contract of the header for structs.
+pub(crate) unsafe fn tell<'t, Q: Question>(
+    query: &Query<'t, Q>,
+    workspace: Option<&punctual_workspace>,
+    memory: Option<&punctual_memory>,
+    remaining: *mut punctual_remaining,
+) -> Result<(), Fault>
+where
+    Query<'t, Q>: Ask<Q>,
+{
+    // SAFETY: the caller's promise.
+    let remaining = unsafe { place(remaining, "remaining") }?;
+    let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+    let left = query.remaining(workspace, known(memory)?)?;
+    remaining.write(punctual_remaining {
+        size: punctual_remaining::SIZE,
+        work: left.work.into(),
+        time: left.time.into(),
+        probability: left.probability.unwrap_or(f64::NAN),
+    });
+    Ok(())
+}
+
+/// What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be null, and
+/// learns from it when the query has ended. Takes about three microseconds and allocates nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_query_remaining(
+    query: *const punctual_query<'_>,
+    workspace: Option<&punctual_workspace>,
+    memory: Option<&punctual_memory>,
+    remaining: *mut punctual_remaining,
+) -> punctual_status {
+    door("punctual_query_remaining", || {
+        // SAFETY: the contract of the header for structs.
+        unsafe {
+            tell(
+                &read(query, "query")?.check()?,
+                workspace,
+                memory,
+                remaining,
+            )
+        }
+    })
+}
 
 /// What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
 /// microsecond and allocates nothing.

@@ -35,7 +35,7 @@ pub(crate) fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemo
     memory.map(|memory| memory.0.get("memory")).transpose()
 }
 
-/// Makes a memory that knows nothing, of about 100 bytes.
+/// Makes a memory that knows nothing, of about 1 kB.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_memory_new(
     memory: Option<&mut MaybeUninit<Option<Box<punctual_memory>>>>,

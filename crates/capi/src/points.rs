@@ -2,6 +2,7 @@
 
 use crate::arrays::{array, find_room, room};
 use crate::budget::{punctual_budget, punctual_clock};
+use crate::estimate::{punctual_remaining, tell};
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_point;
 use crate::query::answer;
@@ -10,7 +11,7 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use punctual::Query;
-use punctual::points::PointBounds;
+use punctual::points::{AtPoints, PointBounds};
 
 /// Whether a point is inside a solid, or on its surface.
 #[repr(u32)]
@@ -137,6 +138,41 @@ pub unsafe extern "C" fn punctual_points_resume(
     })
 }
 
+/// What the last run about these points in the workspace has still to do. Takes time linear in the points, which it checks.
+///
+/// Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was not of these points.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_points_remaining(
+    tree: Option<&punctual_tree>,
+    points: *const punctual_point,
+    count: usize,
+    measures: u32,
+    workspace: Option<&punctual_workspace>,
+    remaining: *mut punctual_remaining,
+) -> punctual_status {
+    door("punctual_points_remaining", || {
+        // SAFETY: the contract of the header for structs and arrays; a point is three numbers.
+        unsafe {
+            let points = array(points.cast::<[f64; 3]>(), count, "points")?;
+            let query = query(tree, points, measures != 0)?;
+            tell(&query, workspace, None, remaining)
+        }
+    })
+}
+
+fn query<'t>(
+    tree: Option<&'t punctual_tree>,
+    points: &'t [[f64; 3]],
+    measures: bool,
+) -> Result<Query<'t, AtPoints<'t>>, Fault> {
+    let tree = given(tree, "tree")?.0.get("tree")?;
+    Ok(if measures {
+        Query::signed_distances(tree, points)?
+    } else {
+        Query::windings(tree, points)?
+    })
+}
+
 struct Asked<'t> {
     tree: Option<&'t punctual_tree>,
     points: *const punctual_point,
@@ -156,7 +192,6 @@ impl Asked<'_> {
         bounds: *mut punctual_point_bounds,
         outcome: *mut punctual_points_outcome,
     ) -> Result<(), Fault> {
-        let tree = given(self.tree, "tree")?.0.get("tree")?;
         // SAFETY: the caller's promise; a point is three numbers.
         let (points, written) = unsafe {
             (
@@ -164,11 +199,7 @@ impl Asked<'_> {
                 room(bounds, self.count, "bounds")?,
             )
         };
-        let query = if self.measures {
-            Query::signed_distances(tree, points)?
-        } else {
-            Query::windings(tree, points)?
-        };
+        let query = query(self.tree, points, self.measures)?;
         // SAFETY: the caller's promise.
         unsafe {
             answer(

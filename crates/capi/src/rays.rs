@@ -2,6 +2,7 @@
 
 use crate::arrays::{array, find_room, list, room};
 use crate::budget::{punctual_budget, punctual_clock};
+use crate::estimate::{punctual_remaining, tell};
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::points::punctual_inside;
 use crate::pose::punctual_point;
@@ -267,6 +268,22 @@ pub unsafe extern "C" fn punctual_ray_query_resume(
     })
 }
 
+/// What the last run of this query in the workspace has still to do.
+/// Takes less than a microsecond and allocates nothing.
+///
+/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_ray_query_remaining(
+    query: *const punctual_ray_query<'_>,
+    workspace: Option<&punctual_workspace>,
+    remaining: *mut punctual_remaining,
+) -> punctual_status {
+    door("punctual_ray_query_remaining", || {
+        // SAFETY: the contract of the header for structs.
+        unsafe { tell(&read(query, "query")?.check()?, workspace, None, remaining) }
+    })
+}
+
 /// The hits that the last query found, if it was a ray query for all hits, without those drained: in order of discovery, which is
 /// nearly that of `t`. As many as `capacity` allows are written to `hits`, and how many there are to `count`.
 #[unsafe(no_mangle)]
@@ -401,6 +418,26 @@ pub unsafe extern "C" fn punctual_ray_batch_resume(
     })
 }
 
+/// What the last run of this batch in the workspace has still to do. Takes time linear in the rays, which it copies.
+///
+/// Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very batch.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_ray_batch_remaining(
+    batch: *const punctual_ray_batch<'_>,
+    workspace: Option<&punctual_workspace>,
+    remaining: *mut punctual_remaining,
+) -> punctual_status {
+    door("punctual_ray_batch_remaining", || {
+        let mut held = Rays::default();
+        // SAFETY: the contract of the header for structs and arrays.
+        unsafe {
+            let batch = read(batch, "batch")?;
+            held.read(array(batch.rays, batch.count, "batch->rays")?)?;
+            tell(&batch.query(&held.rays)?, workspace, None, remaining)
+        }
+    })
+}
+
 /// The rays of a batch, as the library has them; kept in the workspace, so that batches do not allocate.
 #[derive(Debug, Default)]
 pub(crate) struct Rays {
@@ -421,7 +458,16 @@ impl Rays {
     }
 }
 
-impl punctual_ray_batch<'_> {
+impl<'t> punctual_ray_batch<'t> {
+    fn query<'r>(&self, rays: &'r [Ray]) -> Result<Query<'t, punctual::rays::Rays<'r>>, Fault> {
+        let tree = given(self.tree, "batch->tree")?.0.get("batch->tree")?;
+        match check_mode(self.mode, "batch->mode")? {
+            RayMode::Nearest => Ok(Query::rays(tree, rays)),
+            RayMode::Any => Ok(Query::rays(tree, rays).any()),
+            RayMode::All => Err(Fault::Value("batch->mode", self.mode)),
+        }
+    }
+
     /// # Safety
     /// The contract of the header for the rays, the hits and the clock.
     unsafe fn spend(
@@ -433,11 +479,8 @@ impl punctual_ray_batch<'_> {
         hits: *mut punctual_ray_hit,
         outcome: *mut punctual_ray_batch_outcome,
     ) -> Result<(), Fault> {
-        let tree = given(self.tree, "batch->tree")?.0.get("batch->tree")?;
-        let any = match check_mode(self.mode, "batch->mode")? {
-            RayMode::All => return Err(Fault::Value("batch->mode", self.mode)),
-            mode => mode == RayMode::Any,
-        };
+        // The tree and the mode are checked first.
+        self.query(&[])?;
         // SAFETY: the caller's promise.
         let (rays, written) = unsafe {
             (
@@ -460,8 +503,7 @@ impl punctual_ray_batch<'_> {
                         if held.rays.len() > workspace.first_hits().len() {
                             find_room([(held.rays.len(), size_of::<Option<RayHit>>())])?;
                         }
-                        let batch = Query::rays(tree, &held.rays);
-                        let batch = if any { batch.any() } else { batch };
+                        let batch = self.query(&held.rays)?;
                         let answer = if resumes {
                             batch.resume(workspace, budget)?
                         } else {

@@ -97,9 +97,11 @@ pub struct punctual_tree_level {
     pub nodes: u32,
     /// Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a binary level, 0 to 1.
     pub alpha: [f32; 3],
+    /// Mean number of binary levels of their subtrees: log2 of their triangles.
+    pub levels: f32,
 }
 
-grows!(punctual_tree_level: nodes..alpha);
+grows!(punctual_tree_level: nodes..levels);
 
 impl Default for punctual_build_options {
     fn default() -> Self {
@@ -306,10 +308,10 @@ pub unsafe extern "C" fn punctual_tree_levels(
 ) -> punctual_status {
     door("punctual_tree_levels", || {
         let stats = given(tree, "tree")?.0.get("tree")?.stats();
-        let each = stats.nodes_per_level.iter().zip(&stats.alpha_per_level);
-        let each = each.map(|(&nodes, alpha)| punctual_tree_level {
-            nodes: nodes as u32,
-            alpha: alpha.to_array(),
+        let each = (0..stats.depth).map(|level| punctual_tree_level {
+            nodes: stats.nodes_per_level[level] as u32,
+            alpha: stats.alpha_per_level[level].to_array(),
+            levels: stats.levels_per_level[level],
         });
         // SAFETY: the contract of the header for arrays.
         unsafe {
@@ -322,6 +324,23 @@ pub unsafe extern "C" fn punctual_tree_levels(
                 each,
             )
         }
+    })
+}
+
+/// The alphas of all nodes of a tree, as stored at build and refit: the product over the three axes, 0 to 1. The root's first, each
+/// node before those below it. As many as `capacity` allows are written to `alphas`, and how many there are to `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_tree_node_alphas(
+    tree: Option<&punctual_tree>,
+    alphas: *mut f32,
+    capacity: usize,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_tree_node_alphas", || {
+        let tree = given(tree, "tree")?.0.get("tree")?;
+        let each = tree.subtrees().map(|subtree| subtree.alpha_product());
+        // SAFETY: the contract of the header for arrays.
+        unsafe { list(alphas, capacity, "alphas", given(count, "count")?, each) }
     })
 }
 

@@ -25,6 +25,8 @@ mod queries;
 mod rays;
 #[path = "capi/refusals.rs"]
 mod refusals;
+#[path = "capi/remaining.rs"]
+mod remaining;
 #[path = "capi/robots.rs"]
 mod robots;
 #[path = "capi/scene_answers.rs"]

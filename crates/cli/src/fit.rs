@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ArgGroup;
-use punctual_lab::constants::{self, Case, Data};
+use punctual_lab::constants::{self, Asked, Case, Data};
 use punctual_lab::report::{self, Failure};
 
 use crate::Completion;
@@ -14,7 +14,7 @@ use crate::Completion;
 /// Each query is run to its end, and stopped at 2, 5, 10, 20 and 50 % of the work of the complete query; what the model sees
 /// at each moment is set against what came of it. With --out, writes the constants as Rust source, to be put in the place of
 /// src/model/constants.rs. With --report, writes tables (CSV) and pictures (SVG, PNG) of the errors of the constants that
-/// this program was built with.
+/// this program was built with. `tools/fit_model` does both for the cases that the built-in constants are of.
 #[derive(clap::Args)]
 #[command(group = ArgGroup::new("what").required(true))]
 pub struct Args {
@@ -23,7 +23,14 @@ pub struct Args {
     /// A case folder whose poses are consecutive frames of a motion. May be repeated.
     #[arg(long, value_name = "CASE_DIR")]
     motion: Vec<PathBuf>,
-    /// Two mesh files, approached from twelve sides and put before and behind their first touch. May be repeated.
+    /// A case folder asked only about intersections. May be repeated.
+    #[arg(long, value_name = "CASE_DIR")]
+    intersections: Vec<PathBuf>,
+    /// A case folder asked all but intersections. May be repeated.
+    #[arg(long, value_name = "CASE_DIR")]
+    others: Vec<PathBuf>,
+    /// Two mesh files, approached from twelve sides and put before and behind their first touch, and asked only
+    /// about intersections. May be repeated.
     #[arg(long, value_name = "A,B")]
     approach: Vec<String>,
     /// Built-in shapes, approached like that.
@@ -39,17 +46,26 @@ pub struct Args {
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let mut data = Data::default();
-    for folder in &args.cases {
-        data.add(&Case::folder(folder)?);
+    let folders = [
+        (&args.cases, Asked::Everything),
+        (&args.intersections, Asked::Intersections),
+        (&args.others, Asked::Others),
+    ];
+    for (folders, asked) in folders {
+        for folder in folders {
+            data.add(&Case::folder(folder)?, asked);
+        }
     }
     for folder in &args.motion {
-        data.add(&Case::motion(folder)?);
+        data.add(&Case::motion(folder)?, Asked::Everything);
     }
     for files in &args.approach {
-        data.add(&Case::approached(files)?);
+        data.add(&Case::approached(files)?, Asked::Intersections);
     }
     if args.shapes {
-        Case::shapes().iter().for_each(|case| data.add(case));
+        for case in Case::shapes() {
+            data.add(&case, Asked::Everything);
+        }
     }
     let [cases, poses, moments] = data.counts();
     if moments == 0 {

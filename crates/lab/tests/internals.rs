@@ -1,7 +1,7 @@
 //! What the library lets `punctual-lab` and `punctual-cli` see of its inside.
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::internals::{FrontierSummary, Random, all_left, opened_pairs, pair_cost};
+use punctual::internals::{FrontierSummary, Random, Tracker, all_left, opened_pairs, pair_cost};
 use punctual::intersection::Order;
 use punctual::prediction::Quantiles;
 use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace, shapes};
@@ -72,44 +72,32 @@ fn a_front_is_done_when_nothing_waits() {
     assert!(!front.is_done());
     front.node_pairs = 0.0;
     assert!(front.is_done());
-    assert_eq!(all_left(&front, None), Quantiles::exactly(0.0));
+    assert_eq!(all_left(&front), Quantiles::exactly(0.0));
     front.triangle_pairs = 1.0;
     assert!(!front.is_done());
 }
 
 #[test]
-fn at_first_the_history_counts_and_at_last_the_model() {
-    let left = |cost: f64, previous: Option<f64>, used: f64| all_left(&front(cost, used), previous);
-    let [few, many] = [8.0, 1e6];
-    let first = left(few, Some(1024.0), 0.0);
-    assert_eq!(first, left(many, Some(1024.0), 0.0));
+fn a_tracker_tells_the_median_by_the_last_error_and_steps_by_what_came() {
+    let model = Quantiles::exactly(1024.0);
+    let mut tracker = Tracker::default();
+    assert_eq!(tracker.told(model), model);
     assert!(
-        (first.p50 / 1024.0 - 1.0).abs() < 0.1 && first.p10 < 1024.0 && first.p90 > 1024.0,
-        "{first:?}"
+        !tracker.learn(model, 512.0, false),
+        "it may still take more"
     );
-    for used in [1024.0, 1e6] {
-        assert_eq!(left(many, Some(1024.0), used), left(many, None, used));
-    }
-    // Half of the way: the root of half of what the history says and half of what the model says.
-    let half = left(many, Some(1024.0), 512.0).p50;
-    let expected = (512.0 * left(many, None, 0.0).p50).sqrt();
+    assert!(tracker.learn(model, 2048.0, true));
+    let Quantiles { p10, p50, p90 } = tracker.told(model);
+    let log = |x: f64| (x / 1024.0).log2();
+    assert!((log(p50) - 1.0).abs() < 1e-6, "{p50}");
     assert!(
-        (half / expected - 1.0).abs() < 0.01,
-        "{half} is not {expected}"
+        (log(p90) - 1.35).abs() < 1e-6 && (log(p10) - 0.15).abs() < 1e-6,
+        "{p10} {p90}"
     );
-}
-
-#[test]
-fn small_numbers_do_no_harm() {
-    for used in [0.0, 5.0, 100.0] {
-        for previous in [0.0, 0.5, 100.0] {
-            let Quantiles { p10, p50, p90 } = all_left(&front(0.0, used), Some(previous));
-            assert!(
-                0.0 < p10 && p10 <= p50 && p50 <= p90 && p90 < 200.0,
-                "{used} of {previous}: {p10} {p50} {p90}"
-            );
-        }
+    for _ in 0..100 {
+        tracker.learn(model, 1e300, true);
     }
+    assert!(tracker.told(model).p90 <= 1024.0 * (9.5_f64).exp2());
 }
 
 #[test]

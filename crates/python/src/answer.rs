@@ -1,9 +1,11 @@
 //! What all answers have in common: why they were given and what they took, and of what.
 
 use crate::errors::value_error;
+use crate::estimate::Remaining;
 use crate::tree::{Surface, Tree};
 use crate::view::View;
-use punctual::{Pose, ResumeError, Stats, StopReason};
+use punctual::engine::{Ask, Question};
+use punctual::{PairMemory, Pose, Query, ResumeError, Stats, StopReason, Workspace};
 use punctual_view::Bodies;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -18,6 +20,7 @@ pub struct Answer {
     pub stop: StopReason,
     pub work: u64,
     pub elapsed: Option<Duration>,
+    pub remaining: Option<Remaining>,
 }
 
 impl Answer {
@@ -26,6 +29,24 @@ impl Answer {
             stop,
             work: stats.work,
             elapsed: stats.elapsed,
+            remaining: None,
+        }
+    }
+
+    /// The last answer of a query in this workspace, with what the query has still to do.
+    pub fn of<'t, Q: Question>(
+        query: &Query<'t, Q>,
+        workspace: &Workspace,
+        memory: Option<&PairMemory>,
+        answer: &punctual::Answer<Q::Value>,
+    ) -> Self
+    where
+        Query<'t, Q>: Ask<Q>,
+    {
+        let told = || query.remaining(workspace, memory).ok().map(Remaining::from);
+        Self {
+            remaining: (!answer.stop.is_final()).then(told).flatten(),
+            ..Self::new(answer.stop, &answer.stats)
         }
     }
 }
@@ -44,6 +65,12 @@ impl Answer {
     #[getter]
     fn work(&self) -> u64 {
         self.work
+    }
+
+    /// What a stopped query has still to do, expected; None if it finished, or of many queries in one call.
+    #[getter]
+    fn remaining(&self) -> Option<Remaining> {
+        self.remaining
     }
 
     /// Seconds; None without a budget of time, since a look at the clock costs as much as a small query.

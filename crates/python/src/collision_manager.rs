@@ -255,7 +255,7 @@ impl Pair {
         }
         let Self([a, b]) = self;
         let query = Query::contacts(&a.tree, &b.tree, self.b_in_a());
-        let (_, found) = with_workspace(|workspace| {
+        let (_, _, found) = with_workspace(|workspace| {
             contacts::spend(&query, workspace, (Limit::None, clock), usize::MAX)
         });
         let place = |contact: &punctual::contacts::Contact| Place {

@@ -157,6 +157,7 @@ pub fn spend(
     most: usize,
 ) -> (
     punctual::Answer<punctual::contacts::ContactBounds>,
+    Answer,
     Vec<Contact>,
 ) {
     let mut answer = query.run(workspace, limit.budget().clock(clock));
@@ -181,7 +182,7 @@ pub fn spend(
         );
         found.truncate(most);
     }
-    (answer, found)
+    (answer, Answer::of(query, workspace, None, &answer), found)
 }
 
 /// All pairs of triangles of two trees that meet or are no farther apart than a margin, the nearest first.
@@ -217,16 +218,15 @@ pub fn contacts<'py>(
     let (options, pose) = (Options { margin, most }, T.unwrap_or_default().0);
     let query = options.query(&a.arc, &b.arc, pose);
     let run = |clock: &dyn Clock| {
-        let (answer, found) =
+        let (answer, base, found) =
             with_workspace(|workspace| spend(&query, workspace, (spent, clock), most));
         let faces = found
             .iter()
             .map(|contact| query.face_normals(contact.triangles))
             .collect();
-        (answer, found, faces)
+        (answer, base, found, faces)
     };
-    let (answer, found, faces) = spent.run(py, run)?;
-    let base = Answer::new(answer.stop, &answer.stats);
+    let (answer, base, found, faces) = spent.run(py, run)?;
     let asked = Some(Asked::new(a, b, pose));
     Bound::new(
         py,

@@ -92,11 +92,10 @@ pub struct Distance {
 impl Distance {
     fn new(
         py: Python<'_>,
-        answer: punctual::Answer<punctual::distance::Bounds>,
+        (answer, base): (punctual::Answer<punctual::distance::Bounds>, Answer),
         asked: Asked,
         options: DistanceOptions,
     ) -> PyResult<Bound<'_, Self>> {
-        let base = Answer::new(answer.stop, &answer.stats);
         Bound::new(
             py,
             (
@@ -199,12 +198,15 @@ fn ask<'py>(
     mut memory: Option<PyRefMut<'_, Memory>>,
 ) -> PyResult<Bound<'py, Distance>> {
     let query = options.query(&a.arc, &b.arc, pose);
-    let memory = lent(&mut memory);
+    let mut memory = lent(&mut memory);
     let run = |clock: &dyn Clock| {
         with_workspace(|workspace| {
-            query
-                .with_memory(memory)
-                .run(workspace, limit.budget().clock(clock))
+            let with = query.with_memory(memory.as_deref_mut());
+            let answer = with.run(workspace, limit.budget().clock(clock));
+            (
+                answer,
+                Answer::of(&query, workspace, memory.as_deref(), &answer),
+            )
         })
     };
     let answer = limit.run(py, run)?;
@@ -355,11 +357,14 @@ impl DistanceQuery {
             workspace,
             ..
         } = self;
-        let (query, memory) = (options.query(a, b, asked.pose), lent(&mut memory));
+        let (query, mut memory) = (options.query(a, b, asked.pose), lent(&mut memory));
         let answer = limit.run(py, |clock| {
-            query
-                .with_memory(memory)
-                .run(workspace, limit.budget().clock(clock))
+            let with = query.with_memory(memory.as_deref_mut());
+            let answer = with.run(workspace, limit.budget().clock(clock));
+            (
+                answer,
+                Answer::of(&query, workspace, memory.as_deref(), &answer),
+            )
         })?;
         Distance::new(py, answer, asked.clone_ref(py), *options)
     }
@@ -382,7 +387,10 @@ impl DistanceQuery {
             ..
         } = self;
         let query = options.query(a, b, asked.pose);
-        let resume = |clock: &dyn Clock| query.resume(workspace, limit.budget().clock(clock));
+        let resume = |clock: &dyn Clock| {
+            let answer = query.resume(workspace, limit.budget().clock(clock))?;
+            Ok((answer, Answer::of(&query, workspace, None, &answer)))
+        };
         let answer = limit.run(py, resume)?.map_err(resume_error)?;
         Distance::new(py, answer, asked.clone_ref(py), *options)
     }

@@ -35,6 +35,39 @@ impl Quantiles {
     }
 }
 
+/// What a stopped query has still to do, expected.
+#[pyclass(module = "punctual3d", frozen, get_all)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub struct Remaining {
+    /// Units of work.
+    work: Quantiles,
+    /// Seconds: at the pace of the run so far; of runs without a budget of time, on a common machine.
+    time: Quantiles,
+}
+
+impl From<punctual::prediction::Remaining> for Remaining {
+    fn from(left: punctual::prediction::Remaining) -> Self {
+        Self {
+            work: left.work.into(),
+            time: left.time.map(|nanoseconds| nanoseconds * 1e-9).into(),
+        }
+    }
+}
+
+impl From<Prediction> for Remaining {
+    fn from(Prediction { work, time, .. }: Prediction) -> Self {
+        Self { work, time }
+    }
+}
+
+#[pymethods]
+impl Remaining {
+    fn __repr__(&self) -> String {
+        let [work, time] = [self.work, self.time].map(|number| number.__repr__());
+        format!("Remaining(work={work}, time={time})")
+    }
+}
+
 /// What a query, or the rest of one, is expected to take.
 #[pyclass(module = "punctual3d", frozen, get_all)]
 #[derive(Clone, Copy, Serialize, Deserialize)]

@@ -59,7 +59,9 @@ mod _punctual3d {
     #[pymodule_export]
     use super::errors::{ResumeError, UndecidedError};
     #[pymodule_export]
-    use super::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
+    use super::estimate::{
+        Certificate, DistanceEstimate, Estimate, Prediction, Quantiles, Remaining,
+    };
     #[pymodule_export]
     use super::manifolds::{Manifolds, manifolds, overlap};
     #[pymodule_export]

@@ -118,6 +118,7 @@ fn spend(
     mut memory: Option<&mut PairMemory>,
 ) -> (
     punctual::Answer<punctual::contacts::ManifoldBounds>,
+    Answer,
     Vec<Manifold>,
 ) {
     let with = query.with_memory(memory.as_deref_mut());
@@ -131,7 +132,8 @@ fn spend(
         };
         answer = next;
     }
-    (answer, workspace.manifolds().to_vec())
+    let base = Answer::of(query, workspace, memory.as_deref(), &answer);
+    (answer, base, workspace.manifolds().to_vec())
 }
 
 /// The contact manifolds of two solids: at most four points for each piece of contact, with signed distances along a normal.
@@ -162,10 +164,9 @@ pub fn manifolds<'py>(
     let spent = Limit::new(budget, work)?;
     let query = Query::manifolds(&a.arc, &b.arc, T.unwrap_or_default().0).skin(skin);
     let memory = lent(&mut memory);
-    let (answer, found) = spent.run(py, |clock| {
+    let (answer, base, found) = spent.run(py, |clock| {
         with_workspace(|workspace| spend(&query, workspace, (spent, clock), memory))
     })?;
-    let base = Answer::new(answer.stop, &answer.stats);
     Bound::new(py, (Manifolds { answer, found }, base))
 }
 

@@ -80,11 +80,10 @@ impl Options {
 impl Passage {
     fn new(
         py: Python<'_>,
-        answer: punctual::Answer<punctual::impact::TimeOfImpact>,
+        (answer, base): (punctual::Answer<punctual::impact::TimeOfImpact>, Answer),
         asked: Asked,
         options: Options,
     ) -> PyResult<Bound<'_, Self>> {
-        let base = Answer::new(answer.stop, &answer.stats);
         Bound::new(
             py,
             (
@@ -224,12 +223,15 @@ pub fn motion<'py>(
     )?;
     let limit = Limit::new(budget, work)?;
     let query = options.query(&a.arc, &b.arc);
-    let memory = lent(&mut memory);
+    let mut memory = lent(&mut memory);
     let run = |clock: &dyn Clock| {
         with_workspace(|workspace| {
-            query
-                .with_memory(memory)
-                .run(workspace, limit.budget().clock(clock))
+            let with = query.with_memory(memory.as_deref_mut());
+            let answer = with.run(workspace, limit.budget().clock(clock));
+            (
+                answer,
+                Answer::of(&query, workspace, memory.as_deref(), &answer),
+            )
         })
     };
     let answer = limit.run(py, run)?;
@@ -306,11 +308,14 @@ impl MotionQuery {
             options,
             workspace,
         } = self;
-        let (query, memory) = (options.query(a, b), lent(&mut memory));
+        let (query, mut memory) = (options.query(a, b), lent(&mut memory));
         let answer = limit.run(py, |clock| {
-            query
-                .with_memory(memory)
-                .run(workspace, limit.budget().clock(clock))
+            let with = query.with_memory(memory.as_deref_mut());
+            let answer = with.run(workspace, limit.budget().clock(clock));
+            (
+                answer,
+                Answer::of(&query, workspace, memory.as_deref(), &answer),
+            )
         })?;
         Passage::new(py, answer, asked.clone_ref(py), *options)
     }
@@ -332,7 +337,10 @@ impl MotionQuery {
             workspace,
         } = self;
         let query = options.query(a, b);
-        let resume = |clock: &dyn Clock| query.resume(workspace, limit.budget().clock(clock));
+        let resume = |clock: &dyn Clock| {
+            let answer = query.resume(workspace, limit.budget().clock(clock))?;
+            Ok((answer, Answer::of(&query, workspace, None, &answer)))
+        };
         let answer = limit.run(py, resume)?.map_err(resume_error)?;
         Passage::new(py, answer, asked.clone_ref(py), *options)
     }
@@ -343,18 +351,6 @@ impl MotionQuery {
         self.query()
             .predict(memory.as_ref().map(|memory| &memory.0))
             .into()
-    }
-
-    /// Units of work that the last run has still to do, as far as can be guessed. Raises ResumeError before the first
-    /// run.
-    #[pyo3(signature = (*, memory=None))]
-    fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<Quantiles> {
-        let memory = memory.as_ref().map(|memory| &memory.0);
-        Ok(self
-            .query()
-            .estimate(&self.workspace, memory)
-            .map_err(resume_error)?
-            .into())
     }
 
     /// Where the surfaces may still meet before the contact that the last run found, if any. Raises ResumeError before

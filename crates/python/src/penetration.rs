@@ -123,6 +123,7 @@ pub fn penetration<'py>(
                 stop: found.stop,
                 work: found.stats.work,
                 elapsed: found.stats.elapsed,
+                remaining: None,
             },
         ),
     )

@@ -127,7 +127,10 @@ impl Collision {
         asked: Asked,
         options: QueryOptions,
     ) -> PyResult<Bound<'py, Self>> {
-        let base = Answer::new(outcome.stop, &outcome.stats);
+        let base = Answer {
+            remaining: estimate.map(|estimate| estimate.remaining.into()),
+            ..Answer::new(outcome.stop, &outcome.stats)
+        };
         Bound::new(
             py,
             (
@@ -214,12 +217,6 @@ impl Collision {
     #[getter]
     fn recall(&self) -> f64 {
         self.estimate.map_or(1.0, |estimate| estimate.recall)
-    }
-
-    /// What a stopped query has still to do, expected; None if it finished.
-    #[getter]
-    fn remaining(&self) -> Option<Prediction> {
-        self.estimate.map(|estimate| estimate.remaining)
     }
 
     /// Box overlap tests.

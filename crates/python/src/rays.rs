@@ -139,7 +139,7 @@ fn one(
             done: answer.value,
             starts_inside: None,
         },
-        Answer::new(answer.stop, &answer.stats),
+        Answer::of(&batch, workspace, None, &answer),
     )
 }
 

@@ -5,7 +5,7 @@ use crate::contacts::Contacts;
 use crate::distance::Distance;
 use crate::distance_batch::DistanceBatch;
 use crate::errors::value_error;
-use crate::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
+use crate::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles, Remaining};
 use crate::manifolds::Manifolds;
 use crate::memory::Memory;
 use crate::motion::Passage;
@@ -93,6 +93,7 @@ records!(
         PairPassages,
         Prediction,
         Quantiles,
+        Remaining,
         Report,
         RobotClearances,
         RobotCollisions,

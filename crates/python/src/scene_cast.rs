@@ -39,6 +39,7 @@ impl BodyHits {
             stop: cast.stop,
             work: cast.work,
             elapsed: cast.elapsed,
+            remaining: None,
         };
         Bound::new(py, (Self { cast, hits }, base))
     }

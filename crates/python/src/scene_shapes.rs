@@ -111,6 +111,7 @@ impl ShapeCast {
             stop: cast.stop,
             work: cast.work,
             elapsed: cast.elapsed,
+            remaining: None,
         };
         let cast = Self {
             free_until: cast.free_until,
@@ -185,6 +186,7 @@ impl ClosestBody {
             stop: found.stop,
             work: found.work,
             elapsed: found.elapsed,
+            remaining: None,
         };
         let closest = Self {
             low: found.low,
@@ -268,6 +270,7 @@ impl From<punctual_scene::Overlap<'_>> for OverlapsFound {
             stop: found.stop,
             work: found.work,
             elapsed: found.elapsed,
+            remaining: None,
         };
         Self(overlaps, base)
     }
@@ -337,6 +340,7 @@ impl SceneHits {
             stop: stop.map_or(StopReason::Finished, |cast| cast.stop),
             work: casts.iter().map(|cast| cast.work).sum(),
             elapsed,
+            remaining: None,
         };
         Bound::new(py, (Self { casts }, base))
     }

@@ -308,6 +308,39 @@ impl Tree {
         self.arc.stats().bytes()
     }
 
+    /// The alpha of each node, (N,), as stored at build and refit: the factor by which the volumes of boxes below it shrink
+    /// per binary level, 0 to 1. The root's first, each node before those below it.
+    #[getter]
+    fn node_alpha<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        let alphas = self.arc.subtrees().map(|subtree| subtree.alpha_product());
+        column(py, alphas.collect())
+    }
+
+    /// Number of nodes on each level, (depth,); the root's first.
+    #[getter]
+    fn nodes_per_level<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<usize>> {
+        column(py, self.arc.stats().nodes_per_level)
+    }
+
+    /// Mean alpha of the nodes on each level, (depth, 3): per axis of their boxes.
+    #[getter]
+    fn alpha_per_level<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        table(
+            py,
+            self.arc
+                .stats()
+                .alpha_per_level
+                .iter()
+                .map(|alpha| alpha.to_array()),
+        )
+    }
+
+    /// Mean number of binary levels below the nodes on each level, (depth,): log2 of their triangles.
+    #[getter]
+    fn levels_per_level<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        column(py, self.arc.stats().levels_per_level)
+    }
+
     /// Levels of nodes.
     #[getter]
     fn depth(&self) -> usize {

@@ -119,7 +119,7 @@ def test_memory_and_budgets_of_motions(ball, ring):
 
 def test_a_motion_is_predicted_resumed_and_asked_for_what_is_left(ball, ring):
     query = punctual3d.MotionQuery(ball, ring, velocity=[2.0, 0.1, 0.0], turn=[0.0, 0.3, 0.0])
-    for error in (query.certificate, query.estimate, query.resume):
+    for error in (query.certificate, query.resume):
         with pytest.raises(punctual3d.ResumeError):
             error()
     whole = punctual3d.motion(ball, ring, velocity=[2.0, 0.1, 0.0], turn=[0.0, 0.3, 0.0], work=10**9)
@@ -129,14 +129,14 @@ def test_a_motion_is_predicted_resumed_and_asked_for_what_is_left(ball, ring):
     stops = 0
     while passage.stop == "work-limit":
         stops += 1
-        left = query.estimate()
-        assert 0 < left.p10 <= left.p50 <= left.p90
+        for left in (passage.remaining.work, passage.remaining.time):
+            assert 0 < left.p10 <= left.p50 <= left.p90
         assert query.certificate().open_pairs > 0 and passage.free_until <= whole.touching_at
         assert query.certificate().boxes.shape[1:] == (2, 3)
         free = passage.free_until
         passage = query.resume(work=600)
         assert passage.free_until >= free
-    assert stops > 2 and query.certificate().open_pairs == 0 and query.estimate().p90 == 0
+    assert stops > 2 and query.certificate().open_pairs == 0 and passage.remaining is None
     assert (passage.free_until, passage.touching_at) == (whole.free_until, whole.touching_at)
     assert passage.work == whole.work and "<html" in passage.view().html
     with pytest.raises(punctual3d.ResumeError):

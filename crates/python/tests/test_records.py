@@ -27,7 +27,7 @@ def records():
     nothing = punctual3d.Tree([], [])
     yield from [query.run(work=2000), query.estimate(), query.predict(), query.certificate()]
     yield from [distance.run(work=2000), distance.estimate(), distance.predict(), distance.certificate()]
-    yield from [motion.run(), motion.run(work=50), motion.estimate(), motion.certificate()]
+    yield from [motion.run(), motion.run(work=50), motion.run(work=50).remaining, motion.certificate()]
     yield from [punctual3d.collide(ball, ring), punctual3d.collide(ball, ring, at(1.0), budget=10.0)]
     yield from [punctual3d.distance(nothing, ball), punctual3d.closer_than(ball, ring, 0.6)]
     yield from [punctual3d.contacts(ball, ring, at(1.0), margin=0.02), punctual3d.contacts(ball, ring)]

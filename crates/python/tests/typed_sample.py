@@ -73,7 +73,7 @@ way = p.motion(ball, mesh, velocity=point, turn=flat, point=np.zeros(3), margins
 p.motion(mesh, ring, rows, to=pose, time_tolerance=third, memory=memory), p.motion(ball, ring, velocity=[two, two, two])
 assert_type(way.touching_at, Union[float, None])
 moving = p.MotionQuery(ball, mesh, velocity=point.astype(np.float32), turn=(0, 0, 1), margins=point[:2])
-moving.run(work=two), moving.predict(), moving.estimate(), moving.certificate()
+moving.run(work=two), moving.predict(), moving.run(work=two).remaining, moving.certificate()
 push = p.penetration(ball, mesh, pose, push_only=True, work=10_000)
 assert_type(push.T, Union[NDArray[np.float64], None])
 depth = p.penetration(ball, mesh, pose, solid=False, relative_tolerance=third, work=two)

@@ -13,6 +13,7 @@ mod sweep;
 mod windows;
 
 use crate::model::cost::WORK_PER_SUBSTEP;
+use crate::model::prediction::Quantiles;
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
 use crate::query::contained::Operand;
@@ -25,6 +26,7 @@ use crate::query::queue::Pair;
 use crate::query::relative_pose::RelativePose;
 use crate::query::search::Bounded;
 use crate::query::strategy::Strategy;
+use crate::query::told::Sought;
 use crate::query::traversal::traverse;
 use crate::query::triangle_pairs::ids;
 use crate::query::workspace::{Asked, Key, Workspace};
@@ -332,6 +334,7 @@ impl Ask<Impact> for Query<'_, Impact> {
             let contact = workspace.motion.contact();
             let work = stop.is_final().then_some(workspace.work());
             memory.remember_motion(self.a, self.b, contact.map(|contact| contact.pair), work);
+            memory.learn(Sought::Motion, workspace, workspace.work(), stop.is_final());
         }
         stop
     }
@@ -354,6 +357,13 @@ impl Ask<Impact> for Query<'_, Impact> {
             triangles: contact.map(|contact| ids([self.a, self.b], contact.pair)),
             within,
         }
+    }
+
+    fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        let state = &workspace.motion;
+        let touching_at = state.contact().map(|contact| contact.time);
+        let passing = self.passing(workspace.work(), state.free_until(), touching_at);
+        (self.work_left(&passing, memory), None)
     }
 }
 

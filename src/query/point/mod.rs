@@ -9,6 +9,8 @@ mod rim;
 pub(super) mod state;
 mod visit;
 
+use crate::model::batch::{Batch, points_left};
+use crate::model::prediction::Quantiles;
 use crate::query::budget::Budget;
 use crate::query::contained::may_hold;
 use crate::query::deadline::Deadline;
@@ -247,6 +249,10 @@ impl Ask<AtPoint> for Query<'_, AtPoint> {
             None => workspace.point_bounds(self.a, false),
         }
     }
+
+    fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        (points_left(&batch(self.a, workspace)), None)
+    }
 }
 
 impl<'t, 'p> Query<'t, AtPoints<'p>> {
@@ -297,6 +303,10 @@ impl<'p> Ask<AtPoints<'p>> for Query<'_, AtPoints<'p>> {
     fn answer(&self, workspace: &Workspace, _: StopReason) -> usize {
         workspace.points.found.len()
     }
+
+    fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        (points_left(&batch(self.a, workspace)), None)
+    }
 }
 
 fn key(tree: &Tree) -> Key {
@@ -341,13 +351,29 @@ pub(super) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2
     state.begin(count, false, DVec3::ZERO);
 }
 
-/// True if the workspace has stopped in a run about these points.
+/// True if the last run in the workspace was about these points: stopped at one of them, or finished
+/// with the last.
 fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
     let state = &workspace.points;
     let done = state.found.len();
+    let current = done.min(points.len().saturating_sub(1));
     state.measures == measures
         && done + state.left == points.len()
-        && points.get(done) == Some(&state.point.to_array())
+        && points
+            .get(current)
+            .is_none_or(|point| *point == state.point.to_array())
+}
+
+/// What a run about points has done and left.
+fn batch(tree: &Tree, workspace: &Workspace) -> Batch {
+    let state = &workspace.points;
+    Batch {
+        triangles: tree.mesh().len() as f64,
+        done: state.found.len() as f64,
+        left: state.left as f64,
+        work: workspace.work() as f64,
+        is_thorough: state.measures,
+    }
 }
 
 /// Continues the run about these points in the workspace until it is over or the deadline stops it.

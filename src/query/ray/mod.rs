@@ -5,6 +5,8 @@
 mod cast;
 pub(super) mod state;
 
+use crate::model::batch::{Batch, rays_left};
+use crate::model::prediction::Quantiles;
 use crate::query::budget::Budget;
 use crate::query::deadline::Deadline;
 use crate::query::flushing;
@@ -179,6 +181,14 @@ impl Ask<RayCast> for Query<'_, RayCast> {
             starts_inside,
         }
     }
+
+    fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        let is_thorough = self.asked.mode == RayMode::All;
+        (
+            rays_left(&workspace.batch_of_rays(self.a, 1, is_thorough)),
+            None,
+        )
+    }
 }
 
 /// Asks for the nearest hit, or any, of each of many rays through one tree ([`Query::rays`]). The
@@ -256,6 +266,13 @@ impl<'r> Ask<Rays<'r>> for Query<'_, Rays<'r>> {
     fn answer(&self, workspace: &Workspace, _: StopReason) -> usize {
         workspace.rays.done
     }
+
+    fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
+        (
+            rays_left(&workspace.batch_of_rays(self.a, self.asked.rays.len(), false)),
+            None,
+        )
+    }
 }
 
 fn key(tree: &Tree) -> Key {
@@ -283,12 +300,28 @@ fn push_root(tree: &Tree, workspace: &mut Workspace) {
     }
 }
 
-/// True if the workspace has stopped in a run of these rays.
+/// True if the last run in the workspace was of these rays: stopped at one of them, or finished with
+/// the last.
 fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
     let state = &workspace.rays;
+    let current = state.done.min(rays.len().saturating_sub(1));
     state.mode == mode
-        && state.done + state.after + 1 == rays.len()
-        && rays.get(state.done) == state.ray.as_ref()
+        && (state.done + state.after + 1 == rays.len() || state.done == rays.len())
+        && rays.get(current) == state.ray.as_ref()
+}
+
+impl Workspace {
+    /// What a run of `count` rays has done and left.
+    fn batch_of_rays(&self, tree: &Tree, count: usize, is_thorough: bool) -> Batch {
+        let done = self.rays.done.min(count);
+        Batch {
+            triangles: tree.mesh().len() as f64,
+            done: done as f64,
+            left: (count - done) as f64,
+            work: self.work() as f64,
+            is_thorough,
+        }
+    }
 }
 
 /// Continues the run of these rays in the workspace until it is over or the deadline stops it. The
@@ -305,6 +338,7 @@ fn advance(
     }
     if tree.nodes().is_empty() {
         (workspace.rays.done, workspace.rays.after) = (rays.len(), 0);
+        workspace.rays.ray = rays.last().copied();
         return StopReason::Finished;
     }
     let stop = if flushing::matters_to_rays(tree, &rays[done..]) {
@@ -322,10 +356,9 @@ fn advance(
         traverse(question, [tree; 2], b_in_a, relative, workspace, deadline)
     };
     let state = &mut workspace.rays;
+    state.ray = Some(rays[state.done]);
     if stop.is_final() {
         state.done += 1;
-    } else {
-        state.ray = Some(rays[state.done]);
     }
     stop
 }

@@ -75,7 +75,7 @@ pub(crate) struct RayState {
     pub mode: RayMode,
     /// True until it is known whether the ray starts inside, if that is asked.
     pub locates: bool,
-    /// The current ray of a stopped run.
+    /// The current ray of a stopped run; the last of a finished one.
     pub ray: Option<Ray>,
     /// Numbers of rays of the batch before the current one and after it.
     pub done: usize,

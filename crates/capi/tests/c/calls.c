@@ -151,6 +151,10 @@ static void trees(void) {
   CHECK(facts.triangles == mesh_facts.triangles && facts.bytes > mesh_facts.bytes && facts.degradation == 1);
   OK(punctual_tree_levels(tree, levels, sizeof *levels, 32, &count));
   CHECK(count == facts.depth && levels[0].nodes == 1 && levels[0].alpha[0] > 0 && levels[0].alpha[0] < 1);
+  CHECK(levels[0].levels > levels[1].levels);
+  float alphas[512];
+  OK(punctual_tree_node_alphas(tree, alphas, 512, &count));
+  CHECK(count == facts.nodes && alphas[0] > 0 && alphas[0] < 1);
   OK(punctual_tree_levels(tree, NULL, 0, 0, &count));
   CHECK(count == facts.depth);
 
@@ -314,8 +318,9 @@ static void motions(void) {
     double before = last.free_until;
     OK(punctual_motion_query_resume(&query, workspace, NULL, punctual_budget_work(500), NULL, &last));
     CHECK(last.free_until >= before && last.free_until <= 0.5);
-    OK(punctual_motion_query_estimate(&query, workspace, NULL, &work));
-    CHECK((work.p90 > 0) == (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT));
+    punctual_remaining left = {.size = sizeof left};
+    OK(punctual_motion_query_remaining(&query, workspace, NULL, &left));
+    CHECK((left.work.p90 > 0) == (last.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT));
     OK(punctual_motion_query_certificate(&query, workspace, &open));
     OK(punctual_motion_query_open_boxes(&query, workspace, boxes, 4, &count));
     CHECK(count <= open.open_pairs && (open.open_pairs > 0 || last.stop == PUNCTUAL_STOP_REASON_FINISHED));

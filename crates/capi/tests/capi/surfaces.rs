@@ -179,7 +179,8 @@ fn trees_are_those_of_rust() {
         let mut levels = vec![
             punctual_tree_level {
                 nodes: 0,
-                alpha: [0.0; 3]
+                alpha: [0.0; 3],
+                levels: 0.0,
             };
             stats.depth
         ];
@@ -194,15 +195,23 @@ fn trees_are_those_of_rust() {
             )
         });
         assert_eq!(count, stats.depth);
-        for (level, (&nodes, alpha)) in levels
-            .iter()
-            .zip(stats.nodes_per_level.iter().zip(&stats.alpha_per_level))
-        {
-            assert_eq!(
-                (level.nodes as usize, level.alpha),
-                (nodes, alpha.to_array())
-            );
+        for (i, level) in levels.iter().enumerate() {
+            assert_eq!(level.nodes as usize, stats.nodes_per_level[i]);
+            assert_eq!(level.alpha, stats.alpha_per_level[i].to_array());
+            assert_eq!(level.levels, stats.levels_per_level[i]);
         }
+        let mut alphas = vec![0.0; stats.nodes];
+        // SAFETY: the same.
+        let count = made(|count| unsafe {
+            punctual_tree_node_alphas(Some(&tree), alphas.as_mut_ptr(), stats.nodes, count)
+        });
+        assert_eq!(count, stats.nodes);
+        assert!(
+            native
+                .subtrees()
+                .map(|node| node.alpha_product())
+                .eq(alphas)
+        );
     }
 }
 

@@ -22,8 +22,8 @@ pub fn draw(scores: &Scores, folder: &Path) -> Result<(), Failure> {
     let before = [
         ("all", &scores.all),
         ("any", &scores.any),
-        ("all, last frame known", &scores.all_after_history),
-        ("any, last frame known", &scores.any_after_history),
+        ("all, last frame known", &scores.tracked[0][2].costs),
+        ("any, last frame known", &scores.tracked[1][2].costs),
     ];
     let during = [
         ("before", &scores.all),

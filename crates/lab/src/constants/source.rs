@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use punctual::Mode;
 use punctual::internals::{FrontierSummary, Lead};
+use punctual::internals::{batch_features, listing_features, mean_left, single_features};
 use punctual::internals::{between_features, closing_features, features_of_all, features_of_any};
 use punctual::internals::{
     history_features, hit_features, passing_features, recall_features, tracing_features,
@@ -11,8 +12,8 @@ use punctual::internals::{
 
 use super::Data;
 use super::distances::Moment;
-use super::motions;
 use super::sample::Sample;
+use super::{batches, listings, motions};
 use crate::machine;
 use crate::regression::{least_squares, logistic, quantile};
 
@@ -38,8 +39,7 @@ pub fn fit(data: &Data) -> String {
     // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
     let hit = [false, true].map(|begun| {
         // Of a frontier that leaves nothing the answer is known.
-        let moments = of(&alone, Mode::Any)
-            .filter(|sample| sample.frontier.is_begun() == begun && !sample.frontier.is_clear());
+        let moments = at(&alone, Mode::Any, begun).filter(|sample| !sample.frontier.is_clear());
         regression(moments, |s| {
             (hit_features(&s.frontier), f64::from(s.is_hit()))
         })
@@ -53,6 +53,8 @@ pub fn fit(data: &Data) -> String {
         recall(&alone, &tracing),
         distances(&data.moments),
         motions(&data.motions),
+        listings(&data.listings),
+        batches(&data.batches),
     ]
     .concat()
 }
@@ -62,6 +64,11 @@ fn of<'s>(samples: &[&'s Sample], mode: Mode) -> impl Iterator<Item = &'s Sample
         .iter()
         .copied()
         .filter(move |sample| sample.mode == mode)
+}
+
+/// The samples of queries that have begun, or of those that have not.
+fn at<'s>(samples: &[&'s Sample], mode: Mode, begun: bool) -> impl Iterator<Item = &'s Sample> {
+    of(samples, mode).filter(move |sample| sample.frontier.is_begun() == begun)
 }
 
 /// Weights of the logit of a hit, before a query and after a part of it.
@@ -75,14 +82,18 @@ fn logit(hit: &Hit, sample: &Sample) -> f64 {
 }
 
 fn bv_tests_left(alone: &[&Sample], hit: &Hit) -> String {
-    let all = quantiles(of(alone, Mode::All), |s| {
-        (features_of_all(&s.frontier), log_left(s))
+    let [all_before, all] = [false, true].map(|begun| {
+        quantiles(at(alone, Mode::All, begun), |s| {
+            (features_of_all(&s.frontier), log_left(s))
+        })
     });
     let roots = of(alone, Mode::All).filter(|sample| sample.stop.is_none());
     let [_, _, root_most] = quantiles(roots, |s| ([1.0, s.root_cost.max(1.0).log2()], log_left(s)));
     let chance = |s: &Sample| sigmoid(logit(hit, s));
-    let any = quantiles(of(alone, Mode::Any), |s| {
-        (features_of_any(&s.frontier, chance(s)), log_left(s))
+    let [any_before, any] = [false, true].map(|begun| {
+        quantiles(at(alone, Mode::Any, begun), |s| {
+            (features_of_any(&s.frontier, chance(s)), log_left(s))
+        })
     });
     let of_roots = "90 % quantile of log2 of the BV tests of a whole query: intercept, and slope in log2 of the pair\n/// cost of the roots at their deepest penetration.";
     [
@@ -91,12 +102,14 @@ fn bv_tests_left(alone: &[&Sample], hit: &Hit) -> String {
             &all,
             "Quantiles of log2 of the BV tests left if all hits are wanted: for each, the weights of\n/// `features_of_all`.",
         ),
+        table("ALL_BEFORE", &all_before, "`ALL_LEFT` before the query."),
         list("ROOT_MOST", &root_most, of_roots),
         table(
             "ANY_LEFT",
             &any,
             "`ALL_LEFT` if the first hit ends the query: for each, the weights of `features_of_any`.",
         ),
+        table("ANY_BEFORE", &any_before, "`ANY_LEFT` before the query."),
     ]
     .concat()
 }
@@ -249,6 +262,48 @@ fn motions(moments: &[motions::Moment]) -> String {
             "Quantiles of log2 of the work left in a motion query: for each, the weights of\n/// `passing_features`.",
         ),
         list("MOTION_AFTER", &after, "Quantiles of log2 (work of a motion query / work of the query for the motion before)."),
+    ]
+    .concat()
+}
+
+fn listings(moments: &[listings::Moment]) -> String {
+    let [contacts, manifolds] = [false, true].map(|is_manifold| {
+        let asked = moments
+            .iter()
+            .filter(|moment| moment.is_manifold == is_manifold);
+        quantiles_of(Rows::new(asked.map(|moment| {
+            let left = (moment.total - moment.listing.work).max(1.0).log2();
+            (moment.case, listing_features(&moment.listing), left)
+        })))
+    });
+    [
+        table("CONTACTS_LEFT", &contacts, "Quantiles of log2 of the work left in a contact query: for each, the weights of\n/// `listing_features`."),
+        table("MANIFOLDS_LEFT", &manifolds, "`CONTACTS_LEFT` of a manifold query."),
+    ]
+    .concat()
+}
+
+fn batches(moments: &[batches::Moment]) -> String {
+    let left = |moment: &batches::Moment| (moment.total - moment.batch.work).max(1.0);
+    let (begun, before): (Vec<&batches::Moment>, Vec<&batches::Moment>) =
+        moments.iter().partition(|moment| moment.batch.done > 0.0);
+    let [rays, points] = [false, true].map(|is_of_points| {
+        let asked = before
+            .iter()
+            .filter(|moment| moment.is_of_points == is_of_points);
+        quantiles_of(Rows::new(asked.map(|moment| {
+            let each = left(moment) / moment.batch.left;
+            (moment.case, single_features(&moment.batch), each.log2())
+        })))
+    });
+    let later = quantiles_of(Rows::new(begun.iter().map(|moment| {
+        let ratio = left(moment) / mean_left(&moment.batch);
+        (moment.case, batch_features(&moment.batch), ratio.log2())
+    })));
+    [
+        table("RAY_WORK", &rays, "Quantiles of log2 of the work left for each ray of a batch, before one is done: for each, the\n/// weights of `single_features`."),
+        table("POINT_WORK", &points, "`RAY_WORK` of points."),
+        table("BATCH_LEFT", &later, "Quantiles of log2 of the work left in a batch over the mean of those done times those left: for\n/// each, the weights of `batch_features`."),
     ]
     .concat()
 }
