@@ -1,7 +1,7 @@
 //! The fitted constants of the model; made by `punctual fit`, not by hand.
 //!
 //! Fitted on 2026-11-29, on x86_64 linux, by version 0.1.0,
-//! from 4529 poses (108151 moments of queries) of:
+//! from 4529 poses (102055 moments of queries) of:
 //! delta_armadillo1k delta_armadillo4k delta_armadillo16k delta_armadillo86k delta_propeller1k
 //! delta_propeller4k delta_propeller16k delta_propeller64k contact_gear_ring_pinion
 //! contact_spider_side contact_env_rob contact_spot_spot graze_env_rob tilted_env_rob
@@ -39,9 +39,9 @@ pub(super) const ROOT_MOST: [f64; 2] = [2.6271, 1.0170];
 
 /// `ALL_LEFT` if the first hit ends the query: for each, the weights of `features_of_any`.
 pub(super) const ANY_LEFT: [[f64; 10]; 3] = [
-    [0.19815, 1.0289, -0.21424, -3.8784, -0.19661, -0.0061882, -0.16120, -2.3316, -0.31987, -1.4632],
-    [-0.039136, 1.0270, 1.5973, -4.8894, -0.47591, 0.14628, 0.052589, 0.21948, -0.27352, -1.7318],
-    [0.0081192, 0.99941, 2.6483, -2.2617, -0.19965, 0.10231, -0.00069288, -0.012222, 0.0016028, -3.4706],
+    [0.22461, 1.0273, 1.7281, -2.9966, -0.18295, 0.018494, -0.15841, -2.6361, -0.30238, -6.3305],
+    [-0.032112, 1.0256, 1.5497, -4.7077, -0.43770, 0.13728, 0.050665, 0.15097, -0.26020, -1.7022],
+    [0.0091892, 0.99928, 2.5576, -2.2792, -0.19004, 0.10127, -0.00069321, -0.015756, 0.0020403, -3.2893],
 ];
 
 /// `ANY_LEFT` before the query.
@@ -64,13 +64,13 @@ pub(super) const OPENINGS_OF_BV_TESTS: [f64; 2] = [-4.6670, 1.0287];
 pub(super) const TRIANGLE_TESTS_OF_BV_TESTS: [f64; 2] = [-2.6668, 0.89237];
 
 /// Logit of a hit after a part of the query: weights of `hit_features`.
-pub(super) const HIT: [f64; 13] = [-1.9884, 0.12976, -0.014238, 0.28388, 0.088632, -0.61049, 0.83316, -0.71043, -0.49833, -0.34891, 0.50340, -0.40455, -0.43891];
+pub(super) const HIT: [f64; 13] = [-2.0545, 0.14782, -0.014845, 0.26249, 0.093864, -0.55266, 0.89947, -0.64466, -0.49895, -0.28519, 0.49345, -0.40568, -0.43197];
 
 /// Logit of a hit before the query: weights of `hit_features`.
 pub(super) const HIT_BEFORE: [f64; 13] = [-2.6748, 0.65440, 0.0, 0.54428, 0.019640, 0.49843, 1.7240, -0.92075, 0.041373, -0.25857, -0.023506, 0.0, -1.3006];
 
 /// Logit of a hit with the verdict of the frame before: weights of `history_features`.
-pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.88103, 2.5368, 0.88929, 0.18950, -2.8614, 0.93187];
+pub(super) const HIT_AFTER_HISTORY: [f64; 6] = [0.81793, 2.3606, 0.86609, 0.19448, -2.7724, 0.98510];
 
 /// Fraction of poses with a hit.
 pub(super) const BASE_RATE: f64 = 0.59532;
@@ -79,7 +79,7 @@ pub(super) const BASE_RATE: f64 = 0.59532;
 pub(super) const RECALL: [f64; 9] = [0.37842, -0.61847, 0.17011, 0.10383, 0.36476, 0.0048750, 0.27167, -0.25893, 0.13975];
 
 /// Logit of the recall of queries that trace curves: weights of `tracing_features`.
-pub(super) const RECALL_TRACING: [f64; 19] = [-3.5554, -0.85487, 0.17426, -0.18176, -0.20451, -0.091981, 0.49507, -0.081079, 0.069033, 1.2609, -0.98429, -0.56651, -0.0090495, 0.52992, 0.058920, 0.71112, 10.010, 0.12398, -0.73167];
+pub(super) const RECALL_TRACING: [f64; 19] = [-3.5950, -0.95580, 0.28620, -0.20493, -0.21775, -0.11543, 0.55259, -0.056377, 0.0048529, 2.7916, -1.1454, -0.35844, -0.054772, 0.51518, 0.039268, 0.74783, 8.9976, 0.16617, -0.69348];
 
 /// Quantiles of log2 of the work left in a distance query without a limit: for each, the weights of
 /// `closing_features`.
@@ -129,9 +129,9 @@ pub(super) const CONTACTS_LEFT: [[f64; 6]; 3] = [
 
 /// `CONTACTS_LEFT` of a manifold query.
 pub(super) const MANIFOLDS_LEFT: [[f64; 6]; 3] = [
-    [1.7535, -0.051656, 0.69314, -0.0032072, 0.42889, 0.33931],
-    [8.8685, -0.012055, 0.19816, 0.39448, 0.44596, 0.34396],
-    [16.531, 0.15609, -0.37148, 0.89048, 0.059447, 0.25457],
+    [2.6484, -0.23844, 0.23570, 0.10764, 0.70037, 1.3332],
+    [11.055, -0.36697, 0.10360, 0.31648, 0.67441, 1.2224],
+    [16.771, 0.13963, -0.49495, 0.92321, 0.21289, 0.39631],
 ];
 
 /// Quantiles of log2 of the work left for each ray of a batch, before one is done: for each, the
