@@ -111,6 +111,28 @@ fn budgeted(c: &mut Criterion) {
     }
 }
 
+/// What a prediction costs, and what an answer's `remaining` and a whole estimate cost of a query
+/// stopped half way.
+fn prediction(c: &mut Criterion) {
+    let mut workspace = Workspace::new();
+    let (a, b) = pair(2);
+    let query = Query::all_pairs(&a, &b, pose());
+    let whole = query.run(&mut workspace, Budget::unlimited()).stats.work;
+    let foretold = query.predict(None).bv_tests;
+    assert!(foretold.p10 <= foretold.p90 && foretold.p90 >= 1.0);
+    c.bench_function("prediction/before", |bench| {
+        bench.iter(|| query.predict(None))
+    });
+    let half = query.run(&mut workspace, Budget::work(whole / 2));
+    assert_eq!(half.stop, StopReason::WorkLimit);
+    c.bench_function("prediction/remaining half way", |bench| {
+        bench.iter(|| query.remaining(&workspace, None))
+    });
+    c.bench_function("prediction/estimate half way", |bench| {
+        bench.iter(|| query.estimate(&workspace, None))
+    });
+}
+
 /// The same finished query by the simplest rival, and in each order.
 fn queue(c: &mut Criterion) {
     let mut workspace = Workspace::new();
@@ -183,6 +205,6 @@ fn triangles(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
-    targets = build, refit, finished, budgeted, queue, triangles
+    targets = build, refit, finished, budgeted, queue, prediction, triangles
 }
 criterion_main!(benches);

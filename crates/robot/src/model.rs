@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use punctual::Pose;
 use punctual::glam::DVec3;
+use smallvec::SmallVec;
 
 use crate::error::refuse;
 use crate::transform::{Transform, from_pose, rotation_about, to_pose};
@@ -117,7 +118,7 @@ pub(crate) struct PlacedShape {
     /// Number of the link; `None` for obstacles, attached ones too.
     pub link: Option<u32>,
     /// Links that an attached obstacle may touch.
-    pub touches: Vec<u32>,
+    pub touches: SmallVec<[u32; 4]>,
     pub body: u32,
     /// Frame of the link, or of the world, in the body; and of the shape in the body.
     pub frame: Transform,
@@ -142,7 +143,7 @@ impl PlacedShape {
             id,
             name: name.into(),
             link,
-            touches: Vec::new(),
+            touches: SmallVec::new(),
             body,
             frame,
             in_body: frame * from_pose(pose)?,
@@ -160,7 +161,7 @@ pub(crate) struct Body {
     pub motion: Motion,
     pub value: Value,
     /// The moving joints from the root to this one, by their bodies; the world has none.
-    pub chain: Vec<u32>,
+    pub chain: SmallVec<[u32; 8]>,
 }
 
 /// The value of a joint: `multiplier * configuration[of] + offset`; without `of` the offset.
@@ -291,7 +292,7 @@ impl Model {
             origin: Transform::IDENTITY,
             motion: Motion::Slide(DVec3::X),
             value: Value::NONE,
-            chain: Vec::new(),
+            chain: SmallVec::new(),
         }];
         let mut places = vec![None; given.len()];
         places[root] = Some((0, Transform::IDENTITY));

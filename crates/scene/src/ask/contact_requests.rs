@@ -3,12 +3,12 @@
 use crate::filter::Filter;
 use crate::id::{PairKey, bodies_of};
 use alloc::collections::BTreeSet;
-use alloc::vec::Vec;
+use smallvec::SmallVec;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactRequests {
     /// Those of which one body is in the groups of one of these filters, and the other in its mask.
-    pub between: Vec<Filter>,
+    pub between: SmallVec<[Filter; 4]>,
     pub chosen: BTreeSet<PairKey>,
     /// Distance up to which pairs without contacts are measured.
     pub look_ahead: f64,

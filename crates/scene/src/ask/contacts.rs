@@ -179,7 +179,7 @@ impl Scene {
     /// requested otherwise are found as before.
     pub fn stop_finding_contacts_between(&mut self, filter: Filter) {
         let between = &mut self.bodies_mut().contact_requests.between;
-        between.retain(|&other| other != filter);
+        between.retain(|other| *other != filter);
     }
 
     /// Finds contacts of two bodies, whenever they are within their margins:
