@@ -248,6 +248,8 @@ pub(super) struct Bodies {
     pub has_special: bool,
     /// True if the importance of any body is, or was, above 0.
     pub has_important: bool,
+    /// True if any body is, or was, a sensor.
+    has_sensor: bool,
     /// True if any body was removed, so that slots may have another body than before.
     pub has_removed: bool,
     /// True if any body is, or was, filtered, a part of a compound, in a group, or in an ignored
@@ -417,6 +419,7 @@ impl Bodies {
     pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
         self.get_mut(id)?.body.importance = importance;
         self.facts[id.index()].importance = importance;
+        self.has_important |= importance > 0.0;
         Ok(())
     }
 
@@ -430,6 +433,7 @@ impl Bodies {
             facts.is_special = facts.is_measured || body.margin > 0.0 || placed.motion.is_some();
             self.has_special |= facts.is_special;
             self.has_important |= facts.importance > 0.0;
+            self.has_sensor |= body.is_sensor;
             self.has_filtered |= facts.is_member || facts.filter != Filter::default();
             let mesh = body.tree.mesh();
             facts.size = libm::sqrtf(libm::sqrtf(mesh.len() as f32));
@@ -489,6 +493,12 @@ impl Bodies {
             && (requests.chosen.contains(&key)
                 || requests.has(self.facts_of(key).map(|facts| facts.filter))
                     && (self.pair(key)).is_some_and(|pair| !pair.into_iter().any(is_sensor)))
+    }
+
+    /// True if some pairs may have no contacts to be found.
+    pub fn asks_without_contacts(&self) -> bool {
+        let of_all = Filter::default();
+        self.has_sensor || !self.contact_requests.between.contains(&of_all)
     }
 
     /// True if a pair may have other questions than whether it meets.

@@ -187,7 +187,7 @@ impl Schedule {
         scratch: &mut Box<Workspace>,
     ) -> Option<[Duration; 2]> {
         let whole = frame.is_timed().then_some(frame.times);
-        if frame.mode != Mode::Any {
+        if frame.mode != Mode::Any || !frame.bodies.asks_without_contacts() {
             self.revisit.begin();
             return whole;
         }
