@@ -143,7 +143,10 @@ int main(int count, char **arguments) {
       // The bodies of the same index and generation in the other world.
       pair.a.scene = pair.b.scene = 0;
       auto truth = must(unhurried.scene.pair(pair.a, pair.b));
-      wrong += !truth || (pair.verdict != PUNCTUAL_VERDICT_UNDECIDED && pair.verdict != truth->verdict);
+      // What is not in the other report has boxes that are apart. Of a body that had no time to be placed, this one goes by
+      // an earlier box.
+      punctual_verdict expected = truth ? truth->verdict : PUNCTUAL_VERDICT_SEPARATED;
+      wrong += pair.verdict != PUNCTUAL_VERDICT_UNDECIDED && pair.verdict != expected;
     }
   }
   std::printf("%d frames of 1 ms: %llu of %llu pairs decided, %llu intersecting; late frames: %d\n", frames,

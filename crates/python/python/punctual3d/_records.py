@@ -31,6 +31,7 @@ _NAMES = [
     "Prediction",
     "Penetration",
     "Quantiles",
+    "Remaining",
     "RayHits",
     "Report",
     "RobotClearances",

@@ -211,15 +211,20 @@ impl<'l> Listing<'l> {
         self.list_found_until(self.next_found + count);
     }
 
-    /// Lists a pair that was decided before. Its result is complete.
+    /// Lists a pair that was decided before. Its result is complete. The boxes of bodies that meet
+    /// overlap; those of others may have come apart since.
     #[inline(always)]
     fn list_found(&mut self, pair: Decision, ids: [BodyId; 2]) {
         let Frame { bodies, number, .. } = *self.frame;
-        self.turns.list(
-            pair.key,
-            || bodies.last_change(pair.key) == number,
-            || false,
-        );
+        let both = bodies_of(pair.key);
+        let is_placed = both
+            .into_iter()
+            .all(|body| !bodies.facts(body).is_changed());
+        if is_placed && !pair.verdict.meets() && !bodies.overlap(both) {
+            return;
+        }
+        let changed = || bodies.last_change(pair.key) == number;
+        self.turns.list(pair.key, changed, || false);
         let found = match pair.verdict {
             Verdict::Intersecting { .. } | Verdict::Within { .. } => 1,
             _ => 0,
