@@ -17,9 +17,7 @@ pub struct Listing {
     pub found: f64,
     /// Triangle pairs that wait for their test.
     pub waiting: f64,
-    /// Sum over the open node pairs: square root of the geometric mean of the [`visits`] of both nodes.
-    ///
-    /// [`visits`]: super::visits::visits
+    /// Sum over the open node pairs: square root of the geometric mean of the visits of both nodes.
     pub open: f64,
 }
 

@@ -43,7 +43,7 @@ pub fn visits(levels: impl IntoIterator<Item = Level>) -> f32 {
     tests
 }
 
-/// Expected BV tests below a pair of nodes: `27 (v_A v_B p^3)^(1/4)`. `v` is the [`visits`] of each
+/// Expected BV tests below a pair of nodes: `27 (v_A v_B p^3)^(1/4)`. `v` is the `visits` of each
 /// node. `p` is the relative penetration of the boxes, 0 to 1.
 ///
 /// The exponents are rounded from a fit of the sums over 47,000 frontiers (`docs/model.md`).

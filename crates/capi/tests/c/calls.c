@@ -267,6 +267,9 @@ static void queries(void) {
   CHECK(prediction.work.p10 <= prediction.work.p50 && prediction.work.p50 <= prediction.work.p90);
   OK(punctual_query_estimate(&query, workspace, memory, &estimate));
   CHECK(estimate.probability == 1 && estimate.recall == 1 && estimate.remaining.time.p90 == 0);
+  punctual_remaining left = {.size = sizeof left};
+  OK(punctual_query_remaining(&query, workspace, memory, &left));
+  CHECK(left.work.p90 == 0 && left.time.p90 == 0 && left.probability == 1);
 
   /* A clock that moves by a microsecond at every look. */
   uint64_t now = 0;
@@ -386,6 +389,9 @@ static void distances(void) {
     OK(punctual_distance_query_estimate(&query, workspace, NULL, &estimate));
     CHECK(distance.low <= estimate.distance.p10 && estimate.distance.p90 <= distance.high);
     CHECK((estimate.remaining.p90 > 0) == (distance.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT));
+    punctual_remaining left = {.size = sizeof left};
+    OK(punctual_distance_query_remaining(&query, workspace, NULL, &left));
+    CHECK((left.work.p90 > 0) == (distance.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT));
     OK(punctual_distance_query_certificate(&query, workspace, &open));
     OK(punctual_distance_query_open_boxes(&query, workspace, boxes, 4, &count));
     CHECK(count <= open.open_pairs && (count == 0 || boxes[0].max.x - boxes[0].min.x <= open.largest_extent));
@@ -452,6 +458,9 @@ static void contacts(void) {
   size_t sum = 0;
   OK(punctual_contact_query_run(&query, workspace, punctual_budget_work(0), NULL, &said));
   CHECK(said.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && said.low == 0);
+  punctual_remaining left = {.size = sizeof left};
+  OK(punctual_contact_query_remaining(&query, workspace, &left));
+  CHECK(left.work.p90 > 0);
   while (said.stop != PUNCTUAL_STOP_REASON_FINISHED) {
     OK(punctual_contact_query_certificate(&query, workspace, &open));
     OK(punctual_contact_query_open_boxes(&query, workspace, boxes, 4, &count));

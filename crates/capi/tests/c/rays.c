@@ -19,6 +19,9 @@ static void one_ray(const punctual_tree *cube, punctual_workspace *workspace) {
   CHECK(punctual_budget_work(1).poll_interval == PUNCTUAL_MAX_STEP_WORK);
   OK(punctual_ray_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &cast));
   CHECK(cast.stop == PUNCTUAL_STOP_REASON_FINISHED && cast.hit.t == 2 && cast.free_until == 2);
+  punctual_remaining left = {.size = sizeof left};
+  OK(punctual_ray_query_remaining(&query, workspace, &left));
+  CHECK(left.work.p90 == 0);
   CHECK(cast.hit.side == PUNCTUAL_SIDE_FRONT && cast.hit.triangle != PUNCTUAL_NO_TRIANGLE);
 
   CHECK(cast.starts_inside == PUNCTUAL_INSIDE_UNDECIDED);
@@ -52,6 +55,9 @@ static void many_rays(const punctual_tree *cube, punctual_workspace *workspace) 
   OK(punctual_ray_batch_run(&batch, workspace, punctual_budget_work(1500), NULL, hits, &outcome));
   for (; outcome.stop != PUNCTUAL_STOP_REASON_FINISHED; calls++) {
     CHECK(outcome.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && outcome.done < COUNT(beams));
+    punctual_remaining left = {.size = sizeof left};
+    OK(punctual_ray_batch_remaining(&batch, workspace, &left));
+    CHECK(left.work.p90 > 0);
     OK(punctual_ray_batch_resume(&batch, workspace, punctual_budget_work(1500), NULL, hits, &outcome));
   }
   CHECK(calls > 1 && outcome.done == COUNT(beams));
@@ -75,9 +81,13 @@ static void points_in_a_solid(const punctual_mesh *mesh, punctual_workspace *wor
   for (int i = 0; i < 20; i++)
     points[i] = at(0.125 * i, 0.1, 0);
   OK(punctual_points_run(solid, points, COUNT(points), 1, workspace, punctual_budget_work(1500), NULL, bounds, &outcome));
-  for (; outcome.stop != PUNCTUAL_STOP_REASON_FINISHED;)
+  while (outcome.stop != PUNCTUAL_STOP_REASON_FINISHED) {
+    punctual_remaining left = {.size = sizeof left};
+    OK(punctual_points_remaining(solid, points, COUNT(points), 1, workspace, &left));
+    CHECK(left.work.p90 > 0);
     OK(punctual_points_resume(solid, points, COUNT(points), 1, workspace, punctual_budget_work(1500), NULL, bounds,
                               &outcome));
+  }
   CHECK(outcome.done == COUNT(points));
   for (int i = 0; i < 20; i++) { /* the half edge is 1 */
     CHECK((bounds[i].inside == PUNCTUAL_INSIDE_YES) == (i <= 8) && bounds[i].is_on_surface == (i == 8));
@@ -112,6 +122,9 @@ static void clearance_and_penetration(const punctual_tree *cube, punctual_worksp
   size_t count;
   OK(punctual_manifold_query_run(&touch, workspace, NULL, punctual_budget_work(1), NULL, &manifolds));
   CHECK(manifolds.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && manifolds.low == 0);
+  punctual_remaining left = {.size = sizeof left};
+  OK(punctual_manifold_query_remaining(&touch, workspace, NULL, &left));
+  CHECK(left.work.p90 > 0);
   OK(punctual_manifold_query_resume(&touch, workspace, NULL, punctual_budget_unlimited(), NULL, &manifolds));
   CHECK(manifolds.meets && manifolds.stop == PUNCTUAL_STOP_REASON_FINISHED);
   OK(punctual_workspace_manifold_points(workspace, points, sizeof points[0], COUNT(points), &count));

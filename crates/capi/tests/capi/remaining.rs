@@ -49,12 +49,12 @@ fn every_question_tells_what_is_left_as_rust_does() {
         );
     };
     macro_rules! compare {
-        ($query:expr, $native:expr, $run:ident($($memory:tt)?), $remaining:ident) => {{
+        ($query:expr, $native:expr, $run:ident($($memory:tt)?), $remaining:ident($($same:tt)?)) => {{
             let query = $query;
             // SAFETY: structs of the sizes that they say, no clock of the caller's.
             let left = unsafe {
                 made(|out| $run(&raw const query, Some(&mut *workspace), $($memory,)? budget, None, slot(out)));
-                made(|out| $remaining(&raw const query, Some(&*workspace), $($memory,)? slot(out)))
+                made(|out| $remaining(&raw const query, Some(&*workspace), $($same,)? slot(out)))
             };
             check(told(&$native), left);
         }};
@@ -65,25 +65,25 @@ fn every_question_tells_what_is_left_as_rust_does() {
         query,
         Query::all_pairs(&theirs, &theirs, pose),
         punctual_query_run(None),
-        punctual_query_remaining
+        punctual_query_remaining(None)
     );
     compare!(
         punctual_distance_query_new(tree, tree, at),
         Query::distance(&theirs, &theirs, pose),
         punctual_distance_query_run(None),
-        punctual_distance_query_remaining
+        punctual_distance_query_remaining(None)
     );
     compare!(
         punctual_contact_query_new(tree, tree, at),
         Query::contacts(&theirs, &theirs, pose),
         punctual_contact_query_run(),
-        punctual_contact_query_remaining
+        punctual_contact_query_remaining()
     );
     compare!(
         punctual_manifold_query_new(tree, tree, at),
         Query::manifolds(&theirs, &theirs, pose),
         punctual_manifold_query_run(None),
-        punctual_manifold_query_remaining
+        punctual_manifold_query_remaining(None)
     );
     let ray = Ray::new([-5.0, 0.1, 0.05], [1.0, 0.0, 0.0]).unwrap();
     let point = |v: DVec3| punctual_point::from(v);
@@ -94,7 +94,7 @@ fn every_question_tells_what_is_left_as_rust_does() {
         query,
         Query::ray(&theirs, ray).mode(punctual::rays::RayMode::All),
         punctual_ray_query_run(),
-        punctual_ray_query_remaining
+        punctual_ray_query_remaining()
     );
     let way = DVec3::new(-3.0, 0.0, 0.0);
     let far = punctual::Pose::new(*pose.rotation(), DVec3::new(8.0, 0.0, 0.0)).unwrap();
@@ -104,7 +104,7 @@ fn every_question_tells_what_is_left_as_rust_does() {
         punctual_motion_query_new(tree, tree, theirs_moves),
         Query::impact(&theirs, &theirs, motion),
         punctual_motion_query_run(None),
-        punctual_motion_query_remaining
+        punctual_motion_query_remaining(None)
     );
     let (rays, raw_rays) = ([ray; 20], [raw_ray; 20]);
     let batch = punctual_ray_batch_new(tree, raw_rays.as_ptr(), 20);
