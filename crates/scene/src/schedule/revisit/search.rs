@@ -167,7 +167,9 @@ impl Revisit {
         let facts = frame.bodies.facts_of(pairs.key(place));
         let is_important = facts.iter().any(|facts| facts.importance > 0.0);
         let mut is_hot = is_important;
-        if self.is_sought(place, frame, broad, pairs) && ranks.len() < ranks.capacity() {
+        let is_sought = self.is_sought(place, frame, broad, pairs);
+        self.is_full |= is_sought && ranks.len() == ranks.capacity();
+        if is_sought && !self.is_full {
             deadline.spend(WORK_PER_LISTED_PAIR);
             let rank = rank(place, frame, pairs);
             is_hot |= COOLING * gain(rank) >= self.cutoff;
