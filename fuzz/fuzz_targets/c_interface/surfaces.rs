@@ -408,7 +408,8 @@ fn tell(Grown { handle, shape }: &Grown, bytes: &mut Unstructured) -> Result<()>
     let mut levels = vec![
         punctual_tree_level {
             nodes: 0,
-            alpha: [0.0; 3]
+            alpha: [0.0; 3],
+            levels: 0.0
         };
         bytes.int_in_range(0..=4)?
     ];

@@ -71,9 +71,9 @@ pub(crate) struct Revisit {
     searches: Spent,
     /// True if there is no room for more pairs.
     pub is_full: bool,
-    /// Where the next frame continues its tests; its ranks; and its turns.
+    /// Where the next frame continues its tests; its searches of pairs that are not hot; and its turns.
     next: PairKey,
-    next_ranked: PairKey,
+    next_cold: PairKey,
     turn: PairKey,
     /// Time that the turns have saved for later frames, nanoseconds; negative if they owe some.
     credit: f64,

@@ -2,8 +2,7 @@
 //! *hot* if it met, or if its rank is not far below that at which the last frame ended its searches.
 //!
 //! First the pairs whose turn it is, in a share of the frame that what a long search takes beyond it
-//! reduces in later frames. Then others by rank: the hot ones, and those of the rest that a part of the
-//! time suffices to rank.
+//! reduces in later frames. Then the hot ones by rank, and the rest in turn.
 
 use super::{Decision, Hands, Revisit, is_plain};
 use crate::ask::TurnKind;
@@ -27,9 +26,6 @@ const TURNS: f64 = 8.0;
 
 /// Maximum number of pairs that a frame ranks, and of those whose turn it may be.
 const RANKED: usize = 8192;
-
-/// Ranking pairs that were far below the last rank searched takes this part of the time.
-const RANKING: u32 = 8;
 
 /// A pair is hot while its gain is at least that of the last one searched divided by this.
 const COOLING: f32 = 4.0;
@@ -94,8 +90,7 @@ impl Revisit {
         }
     }
 
-    /// Ranks the lost pairs, and, if bodies have moved, those that did not meet. Then searches as many
-    /// as the deadline allows.
+    /// Searches the hot pairs by rank, and then others in turn, as far as the deadline allows.
     pub fn search(
         &mut self,
         frame: &Frame,
@@ -107,7 +102,7 @@ impl Revisit {
         let mut ranks = mem::take(&mut self.ranks);
         ranks.clear();
         if frame.bodies.changed > 0 {
-            let (known, start) = (pairs.len(), pairs.place(self.next_ranked));
+            let (known, start) = (pairs.len(), pairs.place(self.next_cold));
             for place in (start..known).chain(0..start) {
                 let known = pairs.at(place);
                 let is_hot = known.is_hot() || known.met();
@@ -116,23 +111,6 @@ impl Revisit {
                         break;
                     }
                     self.heat(place, frame, broad, pairs, &mut ranks, deadline);
-                }
-            }
-            let now = frame.clock.now();
-            let time = hands
-                .end
-                .map_or(Duration::ZERO, |end| end.saturating_sub(now));
-            let end = now.saturating_add(time / RANKING);
-            let mut part = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
-            self.next_ranked = 0;
-            for (seen, place) in (start..known).chain(0..start).enumerate() {
-                if seen == RANKED || !part.has_room(WORK_PER_LISTED_PAIR) {
-                    self.next_ranked = pairs.key(place);
-                    break;
-                }
-                let known = pairs.at(place);
-                if !known.met() && !known.is_hot() {
-                    self.heat(place, frame, broad, pairs, &mut ranks, &mut part);
                 }
             }
         }
@@ -145,11 +123,23 @@ impl Revisit {
             }
             self.ask(rank as u32 as usize, frame, pairs, hands, deadline);
         }
-        self.run_searches(frame, pairs, hands);
-        if !is_cut {
-            self.cutoff /= COOLING;
-        }
         self.ranks = ranks;
+        if is_cut || frame.bodies.changed == 0 {
+            return self.run_searches(frame, pairs, hands);
+        }
+        self.cutoff /= COOLING;
+        let (known, start) = (pairs.len(), pairs.place(self.next_cold));
+        for place in (start..known).chain(0..start).take(RANKED) {
+            self.next_cold = pairs.key(place);
+            if !self.has_room(hands, deadline) {
+                break;
+            }
+            deadline.spend(WORK_PER_PAIR_APART);
+            if self.is_sought(place, frame, broad, pairs) {
+                self.ask(place, frame, pairs, hands, deadline);
+            }
+        }
+        self.run_searches(frame, pairs, hands);
     }
 
     /// Ranks a pair, if it is to be searched.
