@@ -158,9 +158,9 @@ fn every_pair_has_its_turn_in_frames_that_decide_half_of_the_pairs() {
 
 #[test]
 fn important_bodies_at_rest_do_not_wait_for_others_that_move() {
-    for (margin, microseconds) in [(0.0, 10), (0.0, 25), (0.0, 40), (0.1, 25), (0.1, 60)] {
+    for (margin, microseconds) in [(0.0, 10), (0.0, 25), (0.0, 40), (0.1, 25), (0.1, 50)] {
         let (waits, important) = play(margin, microseconds);
-        assert!(waits.decided < 0.6, "{}", waits.decided);
+        assert!(waits.decided < 0.8, "{}", waits.decided);
         let wait = waits.worst[&important];
         assert!(wait <= 2, "{margin} {microseconds}: {wait}");
     }
