@@ -27,6 +27,9 @@ const TURNS: f64 = 8.0;
 /// Maximum number of pairs that a frame ranks, and of those whose turn it may be.
 const RANKED: usize = 8192;
 
+/// Ranking takes at most this part of the time.
+const RANKING: u32 = 4;
+
 /// A pair is hot while its gain is at least that of the last one searched divided by this.
 const COOLING: f32 = 4.0;
 
@@ -102,15 +105,23 @@ impl Revisit {
         let mut ranks = mem::take(&mut self.ranks);
         ranks.clear();
         if frame.bodies.changed > 0 {
+            let now = frame.clock.now();
+            let time = hands
+                .end
+                .map_or(Duration::ZERO, |end| end.saturating_sub(now));
+            let end = now.saturating_add(time / RANKING);
+            let mut part = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
             let (known, start) = (pairs.len(), pairs.place(self.next_cold));
-            for place in (start..known).chain(0..start) {
-                let known = pairs.at(place);
-                let is_hot = known.is_hot() || known.met();
-                if is_hot && !known.is_completed(frame.number) {
-                    if !deadline.has_room(LEAST_WORK) {
-                        break;
+            for met in [true, false] {
+                for place in (start..known).chain(0..start) {
+                    let known = pairs.at(place);
+                    let is_hot = known.met() == met && (met || known.is_hot());
+                    if is_hot && !known.is_completed(frame.number) {
+                        if !part.has_room(WORK_PER_LISTED_PAIR) {
+                            break;
+                        }
+                        self.heat(place, frame, broad, pairs, &mut ranks, &mut part);
                     }
-                    self.heat(place, frame, broad, pairs, &mut ranks, deadline);
                 }
             }
         }
