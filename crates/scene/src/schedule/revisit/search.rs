@@ -84,7 +84,16 @@ impl Revisit {
     ) {
         let mut deadline = Deadline::of_a_part(hands.end, u64::MAX, frame.clock);
         for place in 0..pairs.len() {
-            if pairs.at(place).is_important() && self.is_sought(place, frame, broad, pairs) {
+            let known = pairs.at(place);
+            // Those that are hot may have become important since they were ranked.
+            let is_important = known.is_important()
+                || known.is_hot()
+                    && frame
+                        .bodies
+                        .facts_of(known.key)
+                        .iter()
+                        .any(|facts| facts.importance > 0.0);
+            if is_important && self.is_sought(place, frame, broad, pairs) {
                 if !self.has_room(hands, &mut deadline) {
                     break;
                 }
