@@ -100,6 +100,7 @@ impl Revisit {
                 self.ask(place, frame, pairs, hands, &mut deadline);
             }
         }
+        self.run_searches(frame, pairs, hands);
     }
 
     /// Searches the hot pairs by rank, and then others in turn, as far as the deadline allows.
@@ -144,8 +145,10 @@ impl Revisit {
             self.ask(rank as u32 as usize, frame, pairs, hands, deadline);
         }
         self.ranks = ranks;
+        // What is dealt is not decided yet, and would be dealt again.
+        self.run_searches(frame, pairs, hands);
         if is_cut || frame.bodies.changed == 0 {
-            return self.run_searches(frame, pairs, hands);
+            return;
         }
         self.cutoff /= COOLING;
         let (known, start) = (pairs.len(), pairs.place(self.next_cold));
