@@ -628,6 +628,13 @@ impl Bodies {
         bodies_of(key).map(|body| self.facts(body))
     }
 
+    /// True if the importance of a pair of bodies is above 0.
+    pub fn is_important(&self, key: PairKey) -> bool {
+        self.facts_of(key)
+            .iter()
+            .any(|facts| facts.importance > 0.0)
+    }
+
     /// The box of a placed body.
     pub fn bounds(&self, index: u32) -> &Aabb {
         &self.spots[index as usize].bounds

@@ -40,6 +40,21 @@ pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
         bounds.center() + at * half
     };
     let triangles = mesh.len() as f64;
+    let mut add = |is_of_points, is_thorough, [done, size]: [usize; 2], work, total| {
+        let batch = Batch {
+            triangles,
+            done: done as f64,
+            left: (size - done) as f64,
+            work,
+            is_thorough,
+        };
+        moments.push(Moment {
+            case: number,
+            batch,
+            total,
+            is_of_points,
+        });
+    };
     for size in SIZES {
         // From outside to a point in the box.
         let rays: Vec<Ray> = (0..size)
@@ -48,36 +63,18 @@ pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
                 Ray::new(from.to_array(), (to - from).to_array()).ok()
             })
             .collect();
-        let mut add = |is_thorough, done: usize, work, total| {
-            let batch = Batch {
-                triangles,
-                done: done as f64,
-                left: (rays.len() - done) as f64,
-                work,
-                is_thorough,
-            };
-            moments.push(Moment {
-                case: number,
-                batch,
-                total,
-                is_of_points: false,
-            });
-        };
         if let [ray] = rays[..] {
             for mode in [RayMode::Nearest, RayMode::All] {
                 let query = Query::ray(&case.a, ray).mode(mode);
                 sample(&query, &mut workspace, |_, work, total| {
-                    add(mode == RayMode::All, 0, work, total);
+                    add(false, mode == RayMode::All, [0, 1], work, total);
                 });
             }
         } else {
-            sample(
-                &Query::rays(&case.a, &rays),
-                &mut workspace,
-                |done, work, total| {
-                    add(false, done, work, total);
-                },
-            );
+            let query = Query::rays(&case.a, &rays);
+            sample(&query, &mut workspace, |done, work, total| {
+                add(false, false, [done, rays.len()], work, total);
+            });
         }
     }
     if mesh.len() > LARGEST_SOLID {
@@ -94,19 +91,7 @@ pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
             };
             let Ok(query) = query else { continue };
             sample(&query, &mut workspace, |done, work, total| {
-                let batch = Batch {
-                    triangles,
-                    done: done as f64,
-                    left: (points.len() - done) as f64,
-                    work,
-                    is_thorough,
-                };
-                moments.push(Moment {
-                    case: number,
-                    batch,
-                    total,
-                    is_of_points: true,
-                });
+                add(true, is_thorough, [done, size], work, total);
             });
         }
     }

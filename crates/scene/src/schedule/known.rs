@@ -42,21 +42,18 @@ pub(crate) struct Known {
     pub cost: u32,
     /// [`PairState::steadiness`] in parts of 255.
     steadiness: u8,
-    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`],
-    /// [`IMPORTANT`].
+    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`].
     flags: u8,
 }
 
 /// Flags of a pair: the boxes overlap; it was decided; the bodies met when last decided; their
-/// witnesses were lost since; estimates of it were reported; it is ranked before others; its
-/// importance is above 0.
+/// witnesses were lost since; estimates of it were reported; it is ranked before others.
 const OVERLAPS: u8 = 1;
 const DECIDED: u8 = 2;
 const MET: u8 = 4;
 const LOST: u8 = 8;
 const TOLD: u8 = 16;
 const HOT: u8 = 32;
-const IMPORTANT: u8 = 64;
 
 const _: () = assert!(size_of::<Known>() == 32);
 
@@ -105,8 +102,7 @@ impl Known {
     /// Stores the summary of a state that was updated in `frame`.
     pub fn note(&mut self, state: &PairState, frame: u64) {
         (self.cost, self.steadiness) = (state.cost(), (state.steadiness * 255.0) as u8);
-        self.flags =
-            OVERLAPS | self.flags & (HOT | IMPORTANT) | if state.has_told() { TOLD } else { 0 };
+        self.flags = OVERLAPS | self.flags & HOT | if state.has_told() { TOLD } else { 0 };
         if state.met() || state.completed > 0 {
             self.since = state.completed as u32;
         }
@@ -156,7 +152,7 @@ impl Known {
 
     /// Records that the triangles that met last also meet in `frame`.
     pub fn hold(&mut self, frame: u64) {
-        self.flags = self.flags & (HOT | IMPORTANT) | OVERLAPS | DECIDED | MET;
+        self.flags = self.flags & HOT | OVERLAPS | DECIDED | MET;
         self.since = frame as u32;
     }
 
@@ -217,15 +213,8 @@ impl Known {
         self.is(HOT)
     }
 
-    /// True if it is looked at before all others.
-    pub fn is_important(&self) -> bool {
-        self.is(IMPORTANT)
-    }
-
-    pub fn set_hot(&mut self, is_hot: bool, is_important: bool) {
-        let flag = |is_set: bool, flag: u8| if is_set { flag } else { 0 };
-        self.flags =
-            self.flags & !(HOT | IMPORTANT) | flag(is_hot, HOT) | flag(is_important, IMPORTANT);
+    pub fn set_hot(&mut self, is_hot: bool) {
+        self.flags = self.flags & !HOT | if is_hot { HOT } else { 0 };
     }
 
     /// True if its witnesses were lost since then.

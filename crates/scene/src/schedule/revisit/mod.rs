@@ -24,8 +24,8 @@ use punctual::engine::Deadline;
 use punctual::{Verdict, Workspace};
 
 /// Limits for the pairs that a frame examines. It looks for pairs that met among at least `LEAST`
-/// known ones, or among `PER_TEST` for each test of the last frame. For each `PER_REST` pairs it finds at most
-/// one that rests: listing these leaves less for the others.
+/// known ones, or among `PER_TEST` for each test of the last frame. For each `PER_REST`
+/// pairs it finds at most one that rests: listing these leaves less for the others.
 const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
 const PER_REST: usize = 16;

@@ -85,14 +85,8 @@ impl Revisit {
         let mut deadline = Deadline::of_a_part(hands.end, u64::MAX, frame.clock);
         for place in 0..pairs.len() {
             let known = pairs.at(place);
-            // Those that are hot may have become important since they were ranked.
-            let is_important = known.is_important()
-                || known.is_hot()
-                    && frame
-                        .bodies
-                        .facts_of(known.key)
-                        .iter()
-                        .any(|facts| facts.importance > 0.0);
+            // An important pair stays hot.
+            let is_important = known.is_hot() && frame.bodies.is_important(known.key);
             if is_important && self.is_sought(place, frame, broad, pairs) {
                 if !self.has_room(hands, &mut deadline) {
                     break;
@@ -177,9 +171,7 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         deadline.spend(WORK_PER_PAIR_APART);
-        let facts = frame.bodies.facts_of(pairs.key(place));
-        let is_important = facts.iter().any(|facts| facts.importance > 0.0);
-        let mut is_hot = is_important;
+        let mut is_hot = frame.bodies.is_important(pairs.key(place));
         let is_sought = self.is_sought(place, frame, broad, pairs);
         self.is_full |= is_sought && ranks.len() == ranks.capacity();
         if is_sought && !self.is_full {
@@ -188,7 +180,7 @@ impl Revisit {
             is_hot |= COOLING * gain(rank) >= self.cutoff;
             ranks.push(rank);
         }
-        pairs.at_mut(place).set_hot(is_hot, is_important);
+        pairs.at_mut(place).set_hot(is_hot);
     }
 
     fn has_room(&mut self, hands: &Hands, deadline: &mut Deadline) -> bool {
