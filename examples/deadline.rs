@@ -16,22 +16,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         let query = Query::intersection(&a, &b, pose);
         let work = query.predict(None).work;
         println!(
-            "{x}: {:.0} units of work expected, {:.0} in nine of ten cases",
+            "{x}: {:.0} units of work, {:.0} in nine of ten cases",
             work.p50, work.p90
         );
 
         let mut answer = query.run(&mut workspace, Budget::time(Duration::from_micros(10)));
         if answer.value == Verdict::Undecided {
             let left = query.remaining(&workspace, None)?;
-            let probability = left.probability.unwrap_or_default();
-            println!(
-                "   stopped: {:.1} us left, {:.1} in nine of ten cases; contact with {:.0} %",
-                left.time.p50 / 1e3,
-                left.time.p90 / 1e3,
-                100.0 * probability
-            );
+            let (us, sure) = (left.time.p90 / 1e3, left.probability.unwrap_or_default());
+            println!("   stopped: {us:.1} us left in nine of ten cases; contact with {sure:.2}");
             // A probable contact is as good as a proven one to this program; a doubtful one is not.
-            if probability < 0.9 {
+            if sure < 0.9 {
                 answer = query.resume(&mut workspace, Budget::work(left.work.p90 as u64))?;
             }
         }
