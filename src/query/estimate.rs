@@ -356,9 +356,9 @@ where
             let [a, b] = [0, 1].map(|side| nodes[side][pair.nodes[side] as usize].self_cost);
             f64::from(libm::sqrtf(libm::sqrtf(a * b)))
         };
-        let pairs = || workspace.frontier.iter().filter(|_| !is_listed);
-        let open = pairs().count();
-        let sum: f64 = pairs().take(SAMPLE).map(fourth_root).sum();
+        let open = if is_listed { 0 } else { workspace.frontier.len() };
+        let sampled = workspace.frontier.iter().take(open.min(SAMPLE));
+        let sum: f64 = sampled.map(fourth_root).sum();
         let waiting = workspace.triangle_pairs().count() + workspace.search.pairs().count();
         Listing {
             pairs: self.a.mesh().len() as f64 * self.b.mesh().len() as f64,
