@@ -1443,7 +1443,7 @@ punctual_status punctual_query_open_boxes(const struct punctual_query *query,
 
 /**
  * What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be null, and
- * learns from it when the query has ended. Takes about three microseconds and allocates nothing.
+ * learns from it when the query has ended. docs/c.md states the cost. Allocates nothing.
  *
  * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
  */
@@ -1462,7 +1462,7 @@ punctual_status punctual_query_predict(const struct punctual_query *query,
 
 /**
  * What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
- * Takes about three microseconds and allocates nothing.
+ * Costs as much as `punctual_query_remaining`. Allocates nothing.
  *
  * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
  */

@@ -2,8 +2,7 @@
 //! probability, a recall.
 //!
 //! Apart from the choice of the plan under a budget of time ([`Query::fits`]), nothing here runs
-//! inside a query. The caller asks when it wants to know; an answer costs one to three
-//! microseconds.
+//! inside a query. The caller asks when it wants to know ([`Query::remaining`] states the cost).
 
 use super::distance::Distance;
 use super::intersection::Intersection;
@@ -117,7 +116,7 @@ impl Query<'_, Intersection> {
     }
 
     /// Estimates what the last run of this query in `workspace` leaves open, using the memory of
-    /// the pair. Takes about 3 microseconds, no allocation; the same bits on every machine.
+    /// the pair. Costs as much as [`Query::remaining`], no allocation; the same bits on every machine.
     ///
     /// Part of this time is spent on opening the costliest pairs of the frontier on trial, which
     /// shows more than their boxes.

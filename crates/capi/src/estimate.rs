@@ -95,7 +95,7 @@ where
 }
 
 /// What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be null, and
-/// learns from it when the query has ended. Takes about three microseconds and allocates nothing.
+/// learns from it when the query has ended. docs/c.md states the cost. Allocates nothing.
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]
@@ -137,7 +137,7 @@ pub unsafe extern "C" fn punctual_query_predict(
 }
 
 /// What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
-/// Takes about three microseconds and allocates nothing.
+/// Costs as much as `punctual_query_remaining`. Allocates nothing.
 ///
 /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
 #[unsafe(no_mangle)]
