@@ -355,7 +355,11 @@ where
             let [a, b] = [0, 1].map(|side| nodes[side][pair.nodes[side] as usize].self_cost);
             f64::from(libm::sqrtf(libm::sqrtf(a * b)))
         };
-        let open = if is_listed { 0 } else { workspace.frontier.len() };
+        let open = if is_listed {
+            0
+        } else {
+            workspace.frontier.len()
+        };
         let sampled = workspace.frontier.iter().take(open.min(SAMPLE));
         let sum: f64 = sampled.map(fourth_root).sum();
         let waiting = workspace.triangle_pairs().count() + workspace.search.pairs().count();

@@ -20,8 +20,6 @@
 //! | bounds on what a stopped query may have missed | [`certificate`] |
 //! | the cost of a query | [`estimate`], [`probe`], [`measure`] |
 
-#[cfg(all(test, feature = "std"))]
-mod apart_tests;
 mod boxes;
 mod budget;
 mod certificate;

@@ -214,37 +214,3 @@ impl Ray {
         ]
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use alloc::string::ToString;
-
-    #[test]
-    fn what_is_no_ray_is_named() {
-        assert_eq!(
-            Ray::new([0.0; 3], [0.0, -0.0, 0.0]),
-            Err(RayError::NoDirection)
-        );
-        assert_eq!(Ray::segment([1.0; 3], [1.0; 3]), Err(RayError::NoDirection));
-        assert_eq!(
-            Ray::new([0.0; 3], [0.0, f64::NAN, 0.0]),
-            Err(RayError::NotFinite { number: 4 })
-        );
-        assert_eq!(
-            Ray::new([0.0, 0.0, 1e302], [1.0; 3]),
-            Err(RayError::TooLarge { number: 2 })
-        );
-        assert_eq!(
-            RayError::NotFinite { number: 4 }.to_string(),
-            "y of the ray's direction or end is not finite"
-        );
-        let ray = Ray::new([1.0; 3], [0.0, 2.0, 0.0])
-            .unwrap()
-            .within(f64::NAN, f64::NAN);
-        assert_eq!(
-            (ray.limits(), ray.at(0.5)),
-            ([0.0, f64::INFINITY], DVec3::new(1.0, 2.0, 1.0))
-        );
-    }
-}

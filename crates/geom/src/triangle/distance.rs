@@ -22,17 +22,9 @@
 //! `docs/numerics.md` derives all error bounds. Every routine takes constant time.
 
 mod batch;
-#[cfg(all(test, feature = "std"))]
-#[path = "../../../../tests/common/exact_distance.rs"]
-mod exact_distance;
 mod exhaustive;
 mod pair;
-#[cfg(all(test, feature = "std"))]
-#[path = "../../../../tests/common/pairs.rs"]
-mod pairs;
 mod point;
-#[cfg(all(test, feature = "std"))]
-mod tests;
 
 pub use batch::Pair;
 pub use batch::{Distances, Places, distances};

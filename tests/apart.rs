@@ -1,13 +1,11 @@
 //! Bounds found without a query are never above the true distance: the [`root_test`], and planes
 //! ([`SeparatingPlane`]).
 
-use super::separating_plane::SeparatingPlane;
-use super::{Budget, ManualClock, Query, Verdict, Workspace, root_test};
-use crate::mesh::{Mesh, shapes};
-use crate::tree::{BuildOptions, Tree};
-use glam::{DMat3, DQuat, DVec3};
-use punctual_geom::Pose;
-use punctual_geom::random::Random;
+use punctual::clock::ManualClock;
+use punctual::engine::{SeparatingPlane, root_test};
+use punctual::geom::random::Random;
+use punctual::glam::{DMat3, DQuat, DVec3};
+use punctual::{Budget, BuildOptions, Mesh, Pose, Query, Tree, Verdict, Workspace, shapes};
 
 /// A lower bound of the distance of two meshes, from one of the two tests.
 type Bound = fn([&Tree; 2], &Pose, &Workspace) -> f64;
@@ -140,7 +138,7 @@ fn what_is_far_out_large_or_small_is_seen_as_such() {
         for offset in [0.0, 1e3, 1e7, 1e15] {
             let away = |v: [f32; 3]| (DVec3::from(v.map(f64::from)) + offset) * scale;
             let ball = shapes::icosphere(2);
-            let vertices: alloc::vec::Vec<_> = (0..ball.vertex_count())
+            let vertices: Vec<_> = (0..ball.vertex_count())
                 .map(|i| ball.vertex(i).as_vec3().to_array())
                 .collect();
             let moved = Mesh::from_f64(
@@ -246,7 +244,7 @@ fn where_no_plane_parts_two_surfaces_none_is_found() {
             .0
             > 0.0
     );
-    let wider: alloc::vec::Vec<_> = (0..ball.mesh().vertex_count())
+    let wider: Vec<_> = (0..ball.mesh().vertex_count())
         .map(|i| (ball.mesh().vertex(i) * 2.0).as_vec3().to_array())
         .collect();
     ball.refit(&wider).unwrap();

@@ -1,16 +1,22 @@
-//! Compares both kernels with exact distances.
+//! Distances of triangles: both kernels against exact arithmetic.
 
 use core::array::from_fn;
 use core::cmp::Ordering;
 
+use exact_distance::Distance;
 use glam::{DMat3, DVec3};
+use pairs::HardPair;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes};
+use punctual_geom::random::Random;
+use punctual_geom::triangle::batch::{Placement, Rows};
+use punctual_geom::triangle::distance::{
+    Closest, Distances, closest, closest_or_meeting, distances,
+};
 
-use super::exact_distance::Distance;
-use super::pairs::{self, HardPair};
-use super::{Closest, Distances, closest, closest_or_meeting, distances};
-use crate::lanes::{Instructions, Kernel, Lanes};
-use crate::random::Random;
-use crate::triangle::batch::{Placement, Rows};
+#[path = "../../../tests/common/exact_distance.rs"]
+mod exact_distance;
+#[path = "../../../tests/common/pairs.rs"]
+mod pairs;
 
 type Triangle = [DVec3; 3];
 
