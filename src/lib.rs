@@ -16,7 +16,8 @@
 //! // Far too little: what was found is true, what was not looked at is named.
 //! let answer = query.run(&mut workspace, Budget::work(2_000));
 //! let certificate = query.certificate(&workspace)?;
-//! println!("{} pairs of triangles meet, and at most {}", answer.stats.found, certificate.upper_bound());
+//! let (found, most) = (answer.stats.found, certificate.upper_bound());
+//! println!("{found} pairs of triangles meet, and at most {most}");
 //!
 //! // Later, with more time, it goes on where it was stopped.
 //! let answer = query.resume(&mut workspace, Budget::time(std::time::Duration::from_millis(100)))?;
@@ -53,8 +54,8 @@
 //!   and boxes that hold every intersection not reported.
 //! - **Nothing is lost.** A stopped query can be resumed ([`Query::resume`]). However budgets of
 //!   work cut it, it ends with the same bits.
-//! - **Deterministic and quiet.** A query does not lock or panic, nor allocate, but for the first in
-//!   a workspace for contacts, manifolds, solids, all hits of a ray, or so many rays or points
+//! - **Deterministic and quiet.** A query does not lock or panic, nor allocate, but for the first
+//!   in a workspace for contacts, manifolds, solids, all hits of a ray, or so many rays or points
 //!   ([`Query::run`]). The same input and budget of work give the same bits.
 //!
 //! The rest is estimated: the cost of a query ([`Query::predict`]), and for a stopped query the
@@ -63,9 +64,10 @@
 //!
 //! # Further
 //!
-//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`];
-//!   few points with depths for a solver: [`Query::manifolds`]. Time of impact: [`Query::impact`].
-//!   Ray casts: [`Query::ray`], [`Query::rays`]. A translation that separates the surfaces: the crate `punctual-depenetrate`.
+//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`]; few points
+//!   with depths for a solver: [`Query::manifolds`]. Time of impact: [`Query::impact`]. Ray casts:
+//!   [`Query::ray`], [`Query::rays`]. A translation that separates the surfaces: the crate
+//!   `punctual-depenetrate`.
 //! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
 //!   crate `punctual-io`.

@@ -1,4 +1,5 @@
-//! Vectors that keep their room when they are cloned: a buffer that was full would stop every query.
+//! Vectors that keep their room when they are cloned: a buffer that was full would stop every
+//! query.
 
 use alloc::vec::Vec;
 use core::ops::{Deref, DerefMut};

@@ -28,7 +28,8 @@ pub struct FrontierSummary {
     pub cost: f64,
     /// Largest [`pair_cost`](super::visits::pair_cost) of an open node pair.
     pub largest: f64,
-    /// Sum over the open node pairs: [`pair_cost`](super::visits::pair_cost) times relative penetration.
+    /// Sum over the open node pairs: [`pair_cost`](super::visits::pair_cost) times relative
+    /// penetration.
     pub depth: f64,
     /// Deepest relative penetration of an open node pair, 0 to 1.
     pub deepest: f64,

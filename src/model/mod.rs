@@ -2,8 +2,8 @@
 //! Knows no tree, no clock and no mesh.
 //!
 //! The model is based on R. Weller, J. Klein, G. Zachmann, "A Model for the Expected Running Time
-//! of Collision Detection using AABB Trees" (EGVE 2006); [`visits`] is their sum over levels. The crate
-//! `punctual-lab` contains the experiments that led from it to the rest:
+//! of Collision Detection using AABB Trees" (EGVE 2006); [`visits`] is their sum over levels. The
+//! crate `punctual-lab` contains the experiments that led from it to the rest:
 //!
 //! | known of the query | predicted |
 //! |---|---|

@@ -75,8 +75,9 @@ impl Traversal<'_, '_, Nearness> {
         }
     }
 
-    /// Proposes the pairs that may be within the margin, except those that add nothing to the skin of
-    /// the manifolds. Of `found`, the pairs in the mask `apart` do not intersect, those in `meet` may.
+    /// Proposes the pairs that may be within the margin, except those that add nothing to the skin
+    /// of the manifolds. Of `found`, the pairs in the mask `apart` do not intersect, those in
+    /// `meet` may.
     #[inline(never)]
     fn keep_near(
         &mut self,

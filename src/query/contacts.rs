@@ -113,8 +113,10 @@ impl<'t> Query<'t, Contacts> {
     /// ```
     /// use punctual::glam::{DMat3, DVec3, Vec3};
     /// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
-    /// let (floor, ball) = (Tree::new(shapes::cuboid(Vec3::ONE, 1)), Tree::new(shapes::icosphere(3)));
-    /// let (mut workspace, pose) = (Workspace::new(), Pose::new(DMat3::IDENTITY, DVec3::Z * 1.99)?);
+    /// let floor = Tree::new(shapes::cuboid(Vec3::ONE, 1));
+    /// let ball = Tree::new(shapes::icosphere(3));
+    /// let pose = Pose::new(DMat3::IDENTITY, DVec3::Z * 1.99)?;
+    /// let mut workspace = Workspace::new();
     /// let query = Query::contacts(&floor, &ball, pose);
     /// let _ = query.run(&mut workspace, Budget::unlimited());
     /// let nearest = workspace.contacts().next().unwrap();

@@ -87,8 +87,8 @@ impl<Q> Query<'_, Q> {
         self.is_open_in(workspace).then_some(stop)
     }
 
-    /// Continues to find out whether one body has a vertex inside the other. The frontier of the run
-    /// keeps its pairs.
+    /// Continues to find out whether one body has a vertex inside the other. The frontier of the
+    /// run keeps its pairs.
     #[cold]
     pub(super) fn ask_containment(
         &self,

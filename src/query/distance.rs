@@ -41,7 +41,8 @@ use punctual_geom::Pose;
 /// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
 /// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
 /// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(3.0, 0.0, 0.0))?;
-/// let found = Query::distance(&a, &b, pose).run(&mut Workspace::new(), Budget::work(20_000)).value;
+/// let query = Query::distance(&a, &b, pose);
+/// let found = query.run(&mut Workspace::new(), Budget::work(20_000)).value;
 /// assert!(found.low <= 0.7 && 0.7 <= found.high + 0.01);
 /// # Ok::<(), punctual::PoseError>(())
 /// ```

@@ -116,7 +116,8 @@ impl Query<'_, Intersection> {
     }
 
     /// Estimates what the last run of this query in `workspace` leaves open, using the memory of
-    /// the pair. Costs as much as [`Query::remaining`], no allocation; the same bits on every machine.
+    /// the pair. Costs as much as [`Query::remaining`], no allocation; the same bits on every
+    /// machine.
     ///
     /// Part of this time is spent on opening the costliest pairs of the frontier on trial, which
     /// shows more than their boxes.

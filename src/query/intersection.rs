@@ -38,10 +38,13 @@ use punctual_geom::{Pose, nanoseconds};
 /// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
 /// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
 /// let mut workspace = Workspace::new();
-/// let answer = Query::intersection(&a, &b, Pose::IDENTITY).run(&mut workspace, Budget::work(20_000));
+/// let query = Query::intersection(&a, &b, Pose::IDENTITY);
+/// let answer = query.run(&mut workspace, Budget::work(20_000));
 /// match answer.value {
 ///     // `Within` is what a scene says of bodies with margins.
-///     Verdict::Intersecting { witness } | Verdict::Within { witness, .. } => println!("triangles {witness:?} meet"),
+///     Verdict::Intersecting { witness } | Verdict::Within { witness, .. } => {
+///         println!("triangles {witness:?} meet")
+///     }
 ///     // For solids only.
 ///     Verdict::Contained { inner } => println!("{inner} is inside the other"),
 ///     Verdict::Separated => println!("no contact"),

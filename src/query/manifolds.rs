@@ -2,8 +2,8 @@
 //! the overlaps of surfaces that meet.
 //!
 //! The search is that of the contacts ([`contacts`](super::contacts)); what it finds goes to a
-//! [`Reduction`](super::overlaps::Reduction) instead of a list. Pairs that intersect are kept for the overlaps
-//! ([`overlaps`](super::overlap)), which follow in the same run.
+//! [`Reduction`](super::overlaps::Reduction) instead of a list. Pairs that intersect are kept for
+//! the overlaps ([`overlaps`](super::overlap)), which follow in the same run.
 
 use super::budget::Budget;
 use super::contained::{Containment, Operand};
@@ -97,9 +97,10 @@ pub struct ManifoldBounds {
     /// The triangles (ids of the meshes) of the nearest contact found, up to a thousandth, and
     /// their distance: 0 only if they intersect. `None` if no contact was found.
     pub nearest: Option<([u32; 2], f64)>,
-    /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its surface,
-    /// or touching it from inside at most. So the solids overlap, but no manifold tells how to part
-    /// them. `None` if a surface goes through the other, and in a stopped query if it is unknown.
+    /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its
+    /// surface, or touching it from inside at most. So the solids overlap, but no manifold tells
+    /// how to part them. `None` if a surface goes through the other, and in a stopped query if it
+    /// is unknown.
     pub within: Option<Operand>,
 }
 

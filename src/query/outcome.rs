@@ -192,8 +192,8 @@ impl Stats {
     }
 }
 
-/// The answer of a query. Plain data; pairs, contacts and hits stay in the workspace. What a stopped
-/// query has left to do: [`Query::remaining`](crate::Query::remaining).
+/// The answer of a query. Plain data; pairs, contacts and hits stay in the workspace. What a
+/// stopped query has left to do: [`Query::remaining`](crate::Query::remaining).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]

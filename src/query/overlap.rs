@@ -1,9 +1,9 @@
 //! The measure of the intersection: overlap of boxes on the six face axes.
 //!
 //! A box with centre `c` and half extents `h`, seen from the orientation of a node of the other
-//! side ([`View`](super::relative_pose::View)), lies within `M c + t ± (|M| h + m)`. `m` covers every
-//! rounding and is proven in `docs/numerics.md`. So no overlap is lost; a box kept needlessly only
-//! costs time. The other nine axes are in [`edge_axes`](super::edge_axes).
+//! side ([`View`](super::relative_pose::View)), lies within `M c + t ± (|M| h + m)`. `m` covers
+//! every rounding and is proven in `docs/numerics.md`. So no overlap is lost; a box kept needlessly
+//! only costs time. The other nine axes are in [`edge_axes`](super::edge_axes).
 
 use super::boxes::{Boxes, Facing, Plane, Planes, Slabs, Stored, Triangles};
 use super::close_boxes;

@@ -8,8 +8,8 @@
 //! 3. *Test*: of each class one vertex: inside the other surface or not.
 //! 4. *Seed* and *flood*: the flood starts at vertices inside and spreads over uncut triangles.
 //!    Curves that bound one region belong together.
-//! 5. *Gather*: the area vector of a region is half the sum of `(s - c) x (e - c)` over the segments
-//!    from `s` to `e` of its curves. It does not depend on `c`, because curves are closed.
+//! 5. *Gather*: the area vector of a region is half the sum of `(s - c) x (e - c)` over the
+//!    segments from `s` to `e` of its curves. It does not depend on `c`, because curves are closed.
 //! 6. *Reduce* the vertices of each region to the deepest and to the farthest along eight
 //!    directions.
 //! 7. *Probe* depths along the normal, by rays from these vertices and from points of the curves
@@ -675,8 +675,8 @@ impl Reduction {
     /// Does the next step with two triangles (tree order) that may intersect, or be as close as B
     /// is drawn in. Returns true if it was the last one.
     ///
-    /// 1. Until the surfaces are known to meet: do these triangles, or how far are they apart? Those
-    ///    clearly apart are of the skin.
+    /// 1. Until the surfaces are known to meet: do these triangles, or how far are they apart?
+    ///    Those clearly apart are of the skin.
     /// 2. By what are the corners of B's triangle drawn in?
     /// 3. With B drawn in: a pair of a curve, or one of the skin.
     pub fn take_near(

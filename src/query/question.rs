@@ -210,8 +210,9 @@ where
     /// let query = Query::all_pairs(&a, &b, Pose::IDENTITY);
     /// let _ = query.run(&mut workspace, Budget::work(2_000));
     /// let left = query.remaining(&workspace, None)?;
-    /// println!("{} us more, {} us with a probability of 90 %", left.time.p50 / 1e3, left.time.p90 / 1e3);
-    /// assert!(0.0 < left.work.p50 && left.work.p50 <= left.work.p90 && left.probability.is_some());
+    /// let us = left.time.map(|ns| ns / 1e3);
+    /// println!("{} us more, {} us with a probability of 90 %", us.p50, us.p90);
+    /// assert!(0.0 < us.p50 && us.p50 <= us.p90 && left.probability.is_some());
     /// # Ok::<(), punctual::ResumeError>(())
     /// ```
     ///

@@ -196,10 +196,10 @@ impl Workspace {
         Self::with_capacity(4096, 65536)
     }
 
-    /// Room for `queue` node pairs of distances and motions, and for `found` intersecting pairs: about
-    /// 360 kB and `20 queue + 8 found` bytes. Intersections have a queue of 64 pairs of their own. With
-    /// a full queue the query goes depth-first and loses nothing. A full buffer of pairs stops it with
-    /// [`crate::StopReason::PairsFull`], to be drained and resumed.
+    /// Room for `queue` node pairs of distances and motions, and for `found` intersecting pairs:
+    /// about 360 kB and `20 queue + 8 found` bytes. Intersections have a queue of 64 pairs of their
+    /// own. With a full queue the query goes depth-first and loses nothing. A full buffer of pairs
+    /// stops it with [`crate::StopReason::PairsFull`], to be drained and resumed.
     #[must_use]
     pub fn with_capacity(queue: usize, found: usize) -> Self {
         Self {
@@ -294,8 +294,8 @@ impl Workspace {
     }
 
     /// The hits that the last query found, if it was one of many rays
-    /// ([`Query::rays`](super::Query::rays)): one for each ray done, in the order of the rays. `None`
-    /// for a ray without a hit.
+    /// ([`Query::rays`](super::Query::rays)): one for each ray done, in the order of the rays.
+    /// `None` for a ray without a hit.
     pub fn first_hits(&self) -> &[Option<RayHit>] {
         &self.rays.first_hits
     }

@@ -121,9 +121,9 @@ impl<L: Lanes> Cost<L> for Leaf<L> {
     }
 }
 
-/// The normals of triangles, their edges of middle length, and the axes perpendicular to both. If two
-/// triangles form a rectangle, the middle edge is a side of it. The axes of the mesh where the normal
-/// or the edge has no direction.
+/// The normals of triangles, their edges of middle length, and the axes perpendicular to both. If
+/// two triangles form a rectangle, the middle edge is a side of it. The axes of the mesh where the
+/// normal or the edge has no direction.
 #[inline(always)]
 fn sides<L: Lanes>(lanes: L, triangles: &Eight<L>) -> Axes<L> {
     let [a, b, c] = triangles.corners();

@@ -494,8 +494,8 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
 ///
 /// A leaf has one level, and one for its triangles. An inner node has one more than its highest
 /// child. Divide the inner nodes into paths: each node is followed by its highest child, until that
-/// is a leaf. A path of `L` inner nodes has `(L + 2) + (L + 1) + .. + 3 = L (L + 5) / 2` levels, and
-/// `L` is at most the depth of the tree.
+/// is a leaf. A path of `L` inner nodes has `(L + 2) + (L + 1) + .. + 3 = L (L + 5) / 2` levels,
+/// and `L` is at most the depth of the tree.
 fn most_levels(leaves: usize, inner: usize, triangles: usize) -> usize {
     2 * leaves + inner * (most_depth(triangles) as usize + 5) / 2
 }

@@ -121,8 +121,8 @@ pub struct TreeStats {
     pub bytes_neighbors: usize,
     /// Bytes of the corners that may be the farthest along a direction.
     pub bytes_extremes: usize,
-    /// Bytes of the components and open edges of a solid, and of the corners of those components that
-    /// are convex.
+    /// Bytes of the components and open edges of a solid, and of the corners of those components
+    /// that are convex.
     pub bytes_solid: usize,
 }
 

@@ -28,8 +28,8 @@ pub(super) struct Seed {
     of_b: bool,
     center: DVec3,
     radius: f64,
-    /// The point of the surface at which it touches, and the normal there. `None` if only the center
-    /// is known.
+    /// The point of the surface at which it touches, and the normal there. `None` if only the
+    /// center is known.
     foot: Option<(DVec3, DVec3)>,
     left: u32,
 }
@@ -69,8 +69,8 @@ impl Machine<'_, '_, '_> {
         }
     }
 
-    /// Plants a ball in each body about the middle of the part that their boxes share, and about the
-    /// corner of the other that is deepest for the best push.
+    /// Plants a ball in each body about the middle of the part that their boxes share, and about
+    /// the corner of the other that is deepest for the best push.
     pub(super) fn sow_corners(&mut self) {
         let a = self.asked.a.mesh().aabb();
         let b = self.asked.b.aabb_at(&self.asked.asked.b_in_a);

@@ -1,13 +1,13 @@
 //! Penetration depth: how far one body has to move until it no longer penetrates another, as an
 //! interval with both ends proven, and a push (a translation) that separates them.
 //!
-//! It is a caller of [`Query`]. Contacts give directions, bisection the least length along each, and
-//! the faces of obstacles better directions: `high` is the length of the shortest push after which an
-//! exact query, or a plane, finds the bodies apart. `low` comes from a cover of the shorter
-//! translations: it is the least radius of the cones around 0. The search advances the cone with the
-//! least radius by a set that it knows. If none helps, it asks what blocks a push along the middle of
-//! the cone: either nothing does, and the push is shorter than the best, or two triangles do, which
-//! give new sets.
+//! It is a caller of [`Query`]. Contacts give directions, bisection the least length along each,
+//! and the faces of obstacles better directions: `high` is the length of the shortest push after
+//! which an exact query, or a plane, finds the bodies apart. `low` comes from a cover of the
+//! shorter translations: it is the least radius of the cones around 0. The search advances the cone
+//! with the least radius by a set that it knows. If none helps, it asks what blocks a push along
+//! the middle of the cone: either nothing does, and the push is shorter than the best, or two
+//! triangles do, which give new sets.
 //!
 //! Convex components come first: an expanding polytope in the difference of two of them (module
 //! `convex`) gives both bounds at once, and mostly ends the search.
@@ -16,7 +16,8 @@
 //! inside of A overlaps one inside of B, or holds a point of B's surface, the bodies meet.
 //!
 //! The search is a machine (`machine`): each step does little work, or puts one question to the
-//! trees, and changes the state only when the answer is complete. So it stops and continues anywhere.
+//! trees, and changes the state only when the answer is complete. So it stops and continues
+//! anywhere.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
@@ -60,7 +61,8 @@ const TOLERANCE: f64 = 1e-3;
 /// means that no component of one mesh is inside of the other.
 ///
 /// **Which bodies finish tight.** Build trees as solids
-/// ([`BuildOptions::solid`](punctual::BuildOptions::solid)): closed meshes tell inside from outside.
+/// ([`BuildOptions::solid`](punctual::BuildOptions::solid)): closed meshes tell inside from
+/// outside.
 ///
 /// | bodies | `high` over `low` when it is finished | time |
 /// |---|---|---|
@@ -70,14 +72,15 @@ const TOLERANCE: f64 = 1e-3;
 /// | open surfaces | the tolerance if the triangles are large and the contact shallow | as long |
 /// | bodies that only touch, coincident surfaces | `low` is 0, `high` a rounding | as for shallow contact |
 ///
-/// Convex means up to a thousandth of the size: rounded corners of a hull may bend faces inwards, and
-/// widen the interval by as much. A mesh of many components in a solid counts as convex components only
-/// if all of them are convex; at most 256 pairs are tried.
+/// Convex means up to a thousandth of the size: rounded corners of a hull may bend faces inwards,
+/// and widen the interval by as much. A mesh of many components in a solid counts as convex
+/// components only if all of them are convex; at most 256 pairs are tried.
 ///
-/// **What the tolerance means.** The query is finished when `high <= (1 + relative_tolerance) low`, when
-/// `high <= low + absolute_tolerance`, when both differ by no more than the rounding of coordinates (about
-/// `1e-12` times the largest of them), or when it can do no more. The depth is in the interval in any
-/// case. With [`deeper_than`](Self::deeper_than) the tolerances do not end it.
+/// **What the tolerance means.** The query is finished when `high <= (1 + relative_tolerance) low`,
+/// when `high <= low + absolute_tolerance`, when both differ by no more than the rounding of
+/// coordinates (about `1e-12` times the largest of them), or when it can do no more. The depth is
+/// in the interval in any case. With [`deeper_than`](Self::deeper_than) the tolerances do not end
+/// it.
 ///
 /// ```
 /// use punctual::glam::DMat3;
@@ -197,8 +200,8 @@ impl<'t> PenetrationQuery<'t> {
         Self { a, b, asked }
     }
 
-    /// Takes closed meshes as solids: a mesh inside of the other penetrates it. Needs trees built as
-    /// solids; others count as surfaces.
+    /// Takes closed meshes as solids: a mesh inside of the other penetrates it. Needs trees built
+    /// as solids; others count as surfaces.
     #[must_use]
     pub fn solid(mut self, solid: bool) -> Self {
         self.asked.solid = solid;
@@ -219,7 +222,8 @@ impl<'t> PenetrationQuery<'t> {
     /// let query = PenetrationQuery::new(&a, &b, pose).push_only(true);
     /// let push = query.run(&mut workspace, Budget::work(1_000_000)).value;
     /// assert!(push.high < 0.12 && push.direction.unwrap().x > 0.9);
-    /// let verdict = Query::intersection(&a, &b, push.b_in_a).run(&mut Workspace::new(), Budget::unlimited()).value;
+    /// let query = Query::intersection(&a, &b, push.b_in_a);
+    /// let verdict = query.run(&mut Workspace::new(), Budget::unlimited()).value;
     /// assert_eq!(verdict, Verdict::Separated);
     /// # Ok::<(), punctual::PoseError>(())
     /// ```
@@ -238,8 +242,8 @@ impl<'t> PenetrationQuery<'t> {
     }
 
     /// The query is finished as soon as `high <= low + length`, too. 0 by default; negative values
-    /// and NaN count as 0. Whatever the tolerances, it is finished once the bounds differ by no more
-    /// than the rounding of coordinates.
+    /// and NaN count as 0. Whatever the tolerances, it is finished once the bounds differ by no
+    /// more than the rounding of coordinates.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
         self.asked.absolute_tolerance = length.max(0.0);
@@ -248,10 +252,9 @@ impl<'t> PenetrationQuery<'t> {
 
     /// Asks only whether they penetrate deeper than this: the counterpart of
     /// [`Query::closer_than`](punctual::Query::closer_than) for a negative distance. The query is
-    /// finished as soon as one of the bounds decides;
-    /// [`Penetration::deeper`] has the answer. The tolerances do not end it. It stays undecided if the
-    /// depth is the limit up to rounding, or if no more can be found out. Infinity disables the limit.
-    /// Negative values and NaN count as 0.
+    /// finished as soon as one of the bounds decides; [`Penetration::deeper`] has the answer. The
+    /// tolerances do not end it. It stays undecided if the depth is the limit up to rounding, or if
+    /// no more can be found out. Infinity disables the limit. Negative values and NaN count as 0.
     #[must_use]
     pub fn deeper_than(mut self, depth: f64) -> Self {
         self.asked.limit = depth.max(0.0);

@@ -2,7 +2,8 @@
 //!
 //! A step does the job of the state. A job either pays for its work and does it, or puts one
 //! question to the trees. If the budget ends a question, the job begins anew in the next call and
-//! the question continues, since its workspace knows it. So a job changes nothing before the answer.
+//! the question continues, since its workspace knows it. So a job changes nothing before the
+//! answer.
 
 use super::balls::Seed;
 use super::convex::Support;

@@ -1,8 +1,8 @@
 //! Convex sets of translations of B at which the bodies meet: two triangles, or balls.
 //!
-//! A triangle `t` of A meets a triangle `u` of B moved by `v` if and only if `v` is in `{p - q: p in
-//! t, q in u}`. This is a polytope with at most 22 faces: parallel to `t`, to `u`, or to an edge of
-//! each.
+//! A triangle `t` of A meets a triangle `u` of B moved by `v` if and only if `v` is in `{p - q: p
+//! in t, q in u}`. This is a polytope with at most 22 faces: parallel to `t`, to `u`, or to an edge
+//! of each.
 //!
 //! Two points, of which one or both are centers of balls inside of their bodies, give a ball of
 //! translations: the bodies meet wherever the two balls overlap.
@@ -33,7 +33,8 @@ pub(super) const WORK_TO_LEAVE: u64 = MOST_WORK + WORK_PER_SET;
 
 /// A convex set of translations of B at which the bodies meet.
 pub(super) trait Convex {
-    /// The lengths at which a ray from 0 enters and leaves the set, up to rounding. NaN if it misses.
+    /// The lengths at which a ray from 0 enters and leaves the set, up to rounding. NaN if it
+    /// misses.
     fn along(&self, ray: DVec3) -> [f64; 2];
 
     /// True if the set holds a translation, up to rounding.

@@ -368,7 +368,8 @@ impl Model {
         &self.description.name
     }
 
-    /// What the robot was made from: its joints, also the fixed ones and the mimics, and its shapes.
+    /// What the robot was made from: its joints, also the fixed ones and the mimics, and its
+    /// shapes.
     pub fn description(&self) -> &Description {
         &self.description
     }

@@ -220,8 +220,8 @@ const STAY: f64 = 1.5;
 
 /// The indices of at most four of these points: the one with the least distance, then those that
 /// keep the bodies apart where the chosen ones do not. Of those whose distances differ by rounding,
-/// the one farthest from the middle; of equal ones the first. Those that `stay` (bits) are preferred, so that the choice does
-/// not change with small motions.
+/// the one farthest from the middle; of equal ones the first. Those that `stay` (bits) are
+/// preferred, so that the choice does not change with small motions.
 ///
 /// While the chosen points stay apart, a body that turns by at most `tilt` (radians) sinks in at a
 /// point `p` by no more than `tilt |p - q| + d(q) - d(p)`, where `q` is the nearest point of the

@@ -19,8 +19,9 @@ use glam::DVec3;
 use punctual_geom::triangle::distance::{Closest, Places};
 use punctual_geom::{Pose, larger};
 
-/// Cosine of the widest angle, 47 degrees, between the axis of a cone and its normals, and its sine.
-/// More than 45, so that edges that lie on each other beside two faces have the cone of the faces.
+/// Cosine of the widest angle, 47 degrees, between the axis of a cone and its normals, and its
+/// sine. More than 45, so that edges that lie on each other beside two faces have the cone of the
+/// faces.
 const CONE: f64 = 0.682;
 const ACROSS_CONE: f64 = 0.732;
 
@@ -33,8 +34,8 @@ const JOINS: f64 = 0.5525;
 /// side of a face is on that side.
 const BEHIND: f64 = 0.01;
 
-/// Room for cones. Each axis is more than 47 degrees from those before, and of 24 points on a sphere
-/// two are no farther apart than 43.7 degrees.
+/// Room for cones. Each axis is more than 47 degrees from those before, and of 24 points on a
+/// sphere two are no farther apart than 43.7 degrees.
 const CONES: usize = 24;
 
 /// Squared cosine of the largest angle, about .8 degrees, between a normal and that of a face for
@@ -132,8 +133,8 @@ fn face([p, q, r]: &[DVec3; 3]) -> DVec3 {
     (*q - *p).cross(*r - *p)
 }
 
-/// True if the angle between two vectors of any length is acute, and its squared cosine is more than
-/// `least`.
+/// True if the angle between two vectors of any length is acute, and its squared cosine is more
+/// than `least`.
 fn is_along(u: DVec3, v: DVec3, least: f64) -> bool {
     let along = u.dot(v);
     along > 0.0 && along * along > least * u.length_squared() * v.length_squared()
@@ -212,10 +213,10 @@ impl Skin {
     }
 
     /// True if two triangles that are at least `low` apart need no closer look. The normal of their
-    /// contact is within 5 degrees of `normal`, which has any length. Either it is on the inner side
-    /// of a face, and the contact no nearer than `nearest`, up to a thousandth. Or the triangles are
-    /// within the points of a known cone and no nearer than its nearest, up to a thousandth, and have
-    /// a normal in that cone or face each other across it.
+    /// contact is within 5 degrees of `normal`, which has any length. Either it is on the inner
+    /// side of a face, and the contact no nearer than `nearest`, up to a thousandth. Or the
+    /// triangles are within the points of a known cone and no nearer than its nearest, up to a
+    /// thousandth, and have a normal in that cone or face each other across it.
     #[inline]
     pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3, nearest: f64) -> bool {
         let is_within = |cone: &Cone| {
@@ -642,8 +643,8 @@ fn out(shape: Shape, side: usize, triangle: u32, feature: Feature) -> DVec3 {
     }
 }
 
-/// True if `is_it` holds for a triangle (tree order) around `vertex`, in order. The triangle `first`
-/// is left out.
+/// True if `is_it` holds for a triangle (tree order) around `vertex`, in order. The triangle
+/// `first` is left out.
 pub(crate) fn around(
     tree: &Tree,
     first: u32,

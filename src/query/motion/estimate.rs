@@ -1,4 +1,5 @@
-//! Predicts the cost of a motion query, and of the rest of an unfinished one ([`Query::remaining`]).
+//! Predicts the cost of a motion query, and of the rest of an unfinished one
+//! ([`Query::remaining`]).
 
 use super::Impact;
 use crate::model::passing::{self, Passing};

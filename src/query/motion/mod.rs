@@ -55,10 +55,12 @@ use windows::glide;
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
 /// use punctual::{Budget, Motion, Pose, Query, Tree, Workspace, shapes};
-/// let (wall, ball) = (Tree::new(shapes::cuboid([5.0, 5.0, 0.01], 4)), Tree::new(shapes::icosphere(3)));
+/// let wall = Tree::new(shapes::cuboid([5.0, 5.0, 0.01], 4));
+/// let ball = Tree::new(shapes::icosphere(3));
 /// let start = Pose::new(DMat3::IDENTITY, DVec3::new(0.0, 0.0, 50.0))?;
 /// let motion = Motion::straight(start, [0.0, 0.0, -100.0])?;
-/// let found = Query::impact(&wall, &ball, motion).run(&mut Workspace::new(), Budget::unlimited()).value;
+/// let query = Query::impact(&wall, &ball, motion);
+/// let found = query.run(&mut Workspace::new(), Budget::unlimited()).value;
 /// assert!(found.lower < 0.49 && found.upper.unwrap() - found.lower < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

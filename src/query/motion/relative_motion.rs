@@ -60,8 +60,8 @@ const WAY: f64 = 16.0;
 
 /// Largest turn of a substep in radians: of a motion as long as the meshes are large, and of one
 /// that turns no more than in a frame. Nearby node pairs are opened again in each substep, so the
-/// latter has fewer. Longer turns are cut finer, because the bend of a substep grows with the square
-/// of its turn.
+/// latter has fewer. Longer turns are cut finer, because the bend of a substep grows with the
+/// square of its turn.
 const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;
 const MOST_PIECES: f64 = 4_096.0;

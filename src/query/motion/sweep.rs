@@ -1,11 +1,11 @@
 //! Time of impact of two surfaces: how the traversal handles node pairs and triangle pairs.
 //!
-//! A run covers one substep of the motion. Boxes are compared by time intervals ([`Windows`]). Pairs
-//! whose boxes overlap at the begin are finished depth-first. Other pairs wait in the queue, ordered
-//! by the time at which they may meet, and are dropped when there is an earlier contact. Triangles
-//! are compared in `f32`, eight at a time. Those that may meet earlier than all before are *followed* in `f64`, one
-//! at a time, in steps of bounded work: over ever shorter time intervals, until an exact test
-//! proves a contact.
+//! A run covers one substep of the motion. Boxes are compared by time intervals ([`Windows`]).
+//! Pairs whose boxes overlap at the begin are finished depth-first. Other pairs wait in the queue,
+//! ordered by the time at which they may meet, and are dropped when there is an earlier contact.
+//! Triangles are compared in `f32`, eight at a time. Those that may meet earlier than all before
+//! are *followed* in `f64`, one at a time, in steps of bounded work: over ever shorter time
+//! intervals, until an exact test proves a contact.
 
 use super::relative_motion::{RelativeMotion, Setting};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};

@@ -295,8 +295,8 @@ impl<'g> Windows<'g> {
         way * f32x4::splat(HALF_A_PIECE) + f32x4::splat(sum(way) * self.glide.spin * 0.25)
     }
 
-    /// The drifts in the orientation of the opened node, and in that of the other node; and 1 if the
-    /// opened node is A's, else -1.
+    /// The drifts in the orientation of the opened node, and in that of the other node; and 1 if
+    /// the opened node is A's, else -1.
     #[inline(always)]
     fn drifts(&self, facing: &Facing) -> ([&Drift; 2], f32) {
         if facing.is_a {

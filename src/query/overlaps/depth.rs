@@ -3,8 +3,8 @@
 //! A depth is measured along the normal, from where a line leaves A backwards to where it leaves B
 //! forwards. From a vertex inside the other surface one ray shows it, from a point of the curves,
 //! moved inward, two. Of a piece without such vertices two more rays show that both surfaces are
-//! around all the way, until one point is found. Where one surface goes through the other at most of
-//! the points, there is no normal.
+//! around all the way, until one point is found. Where one surface goes through the other at most
+//! of the points, there is no normal.
 
 use super::{Cut, Inset, Octagon, Overlaps, Phase, REGION_LIMIT};
 use crate::contact::manifold::{Before, Manifold, ManifoldPoint, SAME, Shape, choose};
@@ -366,8 +366,8 @@ impl Drawn<'_, '_> {
 }
 
 impl Overlaps {
-    /// Casts the next ray for the depths of a group, or takes what the rays have found. Returns true
-    /// if the group is done.
+    /// Casts the next ray for the depths of a group, or takes what the rays have found. Returns
+    /// true if the group is done.
     pub(super) fn probe(
         &mut self,
         shape: Shape,

@@ -77,8 +77,8 @@ impl Inset {
         true
     }
 
-    /// The way of a vertex of B, in A's frame. Zero as long as it is unknown: then no triangle around
-    /// it is as near to A as it would be drawn in.
+    /// The way of a vertex of B, in A's frame. Zero as long as it is unknown: then no triangle
+    /// around it is as near to A as it would be drawn in.
     fn offset(&self, vertex: u32) -> DVec3 {
         let mut known = Some(vertex).filter(|_| !self.offsets.is_empty());
         known = known.and_then(|vertex| self.known.get(vertex));

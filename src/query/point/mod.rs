@@ -44,9 +44,11 @@ pub(super) use visit::{Locate, Source};
 /// ```
 /// use punctual::tree::Solid;
 /// use punctual::{BuildOptions, Budget, Query, Tree, Workspace, shapes};
-/// let ball = Tree::with_options(shapes::icosphere(4), &BuildOptions::default().solid(Solid::Keep));
+/// let options = BuildOptions::default().solid(Solid::Keep);
+/// let ball = Tree::with_options(shapes::icosphere(4), &options);
 /// let mut workspace = Workspace::new();
-/// let point = Query::signed_distance(&ball, [0.0, 0.25, 0.5])?.run(&mut workspace, Budget::unlimited()).value;
+/// let query = Query::signed_distance(&ball, [0.0, 0.25, 0.5])?;
+/// let point = query.run(&mut workspace, Budget::unlimited()).value;
 /// assert_eq!((point.winding, point.inside), (Some(1.0), Some(true)));
 /// let distance = point.distance.expect("asked for");
 /// assert!(distance.low <= distance.high && distance.high < -0.4);
@@ -68,7 +70,8 @@ impl Question for AtPoint {
 /// ```
 /// use punctual::tree::Solid;
 /// use punctual::{BuildOptions, Budget, Query, Tree, Workspace, shapes};
-/// let ball = Tree::with_options(shapes::icosphere(4), &BuildOptions::default().solid(Solid::Keep));
+/// let options = BuildOptions::default().solid(Solid::Keep);
+/// let ball = Tree::with_options(shapes::icosphere(4), &options);
 /// let points: Vec<[f64; 3]> = (0..9).map(|i| [0.3 * f64::from(i), 0.0, 0.0]).collect();
 /// let mut workspace = Workspace::new();
 /// let done = Query::windings(&ball, &points)?.run(&mut workspace, Budget::unlimited()).value;
@@ -351,8 +354,8 @@ pub(super) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2
     state.begin(count, false, DVec3::ZERO);
 }
 
-/// True if the last run in the workspace was about these points: stopped at one of them, or finished
-/// with the last.
+/// True if the last run in the workspace was about these points: stopped at one of them, or
+/// finished with the last.
 fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
     let state = &workspace.points;
     let done = state.found.len();

@@ -197,7 +197,8 @@ impl Ask<RayCast> for Query<'_, RayCast> {
 /// ```
 /// use punctual::{Budget, Query, Ray, Tree, Workspace, shapes};
 /// let ball = Tree::new(shapes::icosphere(4));
-/// let rays: Result<Vec<Ray>, _> = (0..9).map(|i| Ray::new([0.0, 0.3 * f64::from(i), 9.0], [0.0, 0.0, -1.0])).collect();
+/// let from = |i| [0.0, 0.3 * f64::from(i), 9.0];
+/// let rays: Result<Vec<Ray>, _> = (0..9).map(|i| Ray::new(from(i), [0.0, 0.0, -1.0])).collect();
 /// let (rays, mut workspace) = (rays?, Workspace::new());
 /// let done = Query::rays(&ball, &rays).run(&mut workspace, Budget::unlimited()).value;
 /// assert_eq!((done, workspace.first_hits().iter().flatten().count()), (9, 4));
@@ -300,8 +301,8 @@ fn push_root(tree: &Tree, workspace: &mut Workspace) {
     }
 }
 
-/// True if the last run in the workspace was of these rays: stopped at one of them, or finished with
-/// the last.
+/// True if the last run in the workspace was of these rays: stopped at one of them, or finished
+/// with the last.
 fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
     let state = &workspace.rays;
     let current = state.done.min(rays.len().saturating_sub(1));

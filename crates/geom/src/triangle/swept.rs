@@ -7,8 +7,8 @@
 //! are coplanar or degenerate.
 //!
 //! If B turns, these directions turn with it in `f64`. Otherwise long edges that pass each other
-//! closely would seem to meet. The projections are enlarged by the deviation of B from its lines and
-//! by all rounding. So no direction makes the answer false: `docs/numerics.md`, "Motion".
+//! closely would seem to meet. The projections are enlarged by the deviation of B from its lines
+//! and by all rounding. So no direction makes the answer false: `docs/numerics.md`, "Motion".
 //!
 //! - [`windows`]: eight pairs at a time in `f32`, or one pair at eight times.
 //! - [`Swept`]: one pair in `f64`.

@@ -302,9 +302,9 @@ fn number<L: Lanes>(lanes: L, [second, third]: [F8<L>; 2]) -> F8<L> {
 
 impl<L: Lanes> Closest<L> {
     /// Tests a face, of the triangle `side`, against the corners of the other. The face has the
-    /// edges `x` and `y` from its first corner; `inverse` is `1 / |x|^2`, and `corners` are relative
-    /// to its first corner. Only the corner closest to the plane can be the closest point: from
-    /// every other corner, the distance to the face decreases on the way to it.
+    /// edges `x` and `y` from its first corner; `inverse` is `1 / |x|^2`, and `corners` are
+    /// relative to its first corner. Only the corner closest to the plane can be the closest point:
+    /// from every other corner, the distance to the face decreases on the way to it.
     #[inline(always)]
     fn or_face(
         &mut self,
