@@ -1,10 +1,12 @@
 //! Bounds found without a query are never above the true distance: the [`root_test`], and planes
 //! ([`SeparatingPlane`]).
 
+mod common;
+
+use common::random::Random;
 use punctual::clock::ManualClock;
 use punctual::engine::{SeparatingPlane, root_test};
-use punctual::geom::random::Random;
-use punctual::glam::{DMat3, DQuat, DVec3};
+use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, BuildOptions, Mesh, Pose, Query, Tree, Verdict, Workspace, shapes};
 
 /// A lower bound of the distance of two meshes, from one of the two tests.
@@ -20,13 +22,9 @@ fn tree(mesh: Mesh) -> Tree {
     Tree::with_options(mesh, &BuildOptions::default().extremes(true))
 }
 
-fn vector(random: &mut Random) -> DVec3 {
-    DVec3::from_array(core::array::from_fn(|_| random.between(-1.0, 1.0)))
-}
-
-fn rotation(random: &mut Random) -> DMat3 {
-    let axis = vector(random).try_normalize().unwrap_or(DVec3::X);
-    DMat3::from_quat(DQuat::from_axis_angle(axis, random.between(-3.0, 3.0)))
+/// A unit vector.
+fn direction(random: &mut Random) -> DVec3 {
+    random.vector().try_normalize().unwrap_or(DVec3::X)
 }
 
 /// Returns the bound, after assertions: it is at most the distance of the meshes, and 0 if they
@@ -85,14 +83,12 @@ fn no_more_is_proven_than_is_true() {
     for a in &shapes {
         for b in &shapes {
             for _ in 0..40 {
-                let away =
-                    random.between(0.0, 4.0) * vector(random).try_normalize().unwrap_or(DVec3::X);
-                let drift = [0.0, 1e-6, 3e-4][random.bits() as usize % 3];
-                let rotation_error = DMat3::from_cols_array(&core::array::from_fn(|_| {
-                    drift * random.between(-1.0, 1.0)
-                }));
-                let pose =
-                    Pose::new(rotation(random) * (DMat3::IDENTITY + rotation_error), away).unwrap();
+                let away = 4.0 * random.unit() * direction(random);
+                let drift = [0.0, 1e-6, 3e-4][random.below(3)];
+                let rotation_error =
+                    DMat3::from_cols_array(&core::array::from_fn(|_| drift * random.signed()));
+                let pose = Pose::new(random.rotation() * (DMat3::IDENTITY + rotation_error), away)
+                    .unwrap();
                 tried += 1;
                 for (bound, apart) in BOUNDS.into_iter().zip(&mut apart) {
                     *apart += usize::from(proven(bound, a, b, &pose) > 0.0);
@@ -114,7 +110,7 @@ fn touching_surfaces_are_not_apart() {
         for turn in [
             DMat3::IDENTITY,
             DMat3::from_rotation_y(core::f64::consts::FRAC_PI_4),
-            rotation(random),
+            random.rotation(),
         ] {
             // Face to face, edge to face, and corner to face: the rearmost corner touches the
             // middle of a face.
@@ -148,7 +144,7 @@ fn what_is_far_out_large_or_small_is_seen_as_such() {
             .unwrap();
             let (a, b) = (tree(moved.clone()), tree(moved));
             for distance in [0.0, 1.0, 1.9, 2.1, 4.0, 1e6] {
-                let shift = distance * scale * vector(random).try_normalize().unwrap_or(DVec3::X);
+                let shift = distance * scale * direction(random);
                 for bound in BOUNDS {
                     let low = proven(bound, &a, &b, &Pose::new(DMat3::IDENTITY, shift).unwrap());
                     assert!(
@@ -199,10 +195,7 @@ fn a_plane_parts_what_is_convex_and_all_but_touches() {
             .flat_map(|a| shapes.iter().map(move |b| (a, b)))
         {
             for _ in 0..20 {
-                let (turn, away) = (
-                    rotation(random),
-                    4.0 * vector(random).try_normalize().unwrap_or(DVec3::X),
-                );
+                let (turn, away) = (random.rotation(), 4.0 * direction(random));
                 let pose = Pose::new(turn, away).unwrap();
                 let distance = Query::distance(a, b, pose)
                     .run(&mut workspace, Budget::unlimited().clock(&clock));
