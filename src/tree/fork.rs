@@ -107,12 +107,11 @@ fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
             work(job);
         }
     };
-    let done = crossbeam_utils::thread::scope(|scope| {
+    std::thread::scope(|scope| {
         for _ in 1..threads {
             // If a thread cannot be spawned, the others do its share.
-            let _ = scope.builder().spawn(|_| run());
+            let _ = std::thread::Builder::new().spawn_scoped(scope, run);
         }
         run();
     });
-    done.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
 }
