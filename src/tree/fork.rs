@@ -107,11 +107,12 @@ fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
             work(job);
         }
     };
-    std::thread::scope(|scope| {
+    let done = crossbeam_utils::thread::scope(|scope| {
         for _ in 1..threads {
             // If a thread cannot be spawned, the others do its share.
-            let _ = std::thread::Builder::new().spawn_scoped(scope, run);
+            let _ = scope.builder().spawn(|_| run());
         }
         run();
     });
+    done.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
 }
