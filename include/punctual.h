@@ -4343,6 +4343,17 @@ punctual_status punctual_scene_set_look_ahead(struct punctual_scene *scene,
                                               double length);
 
 /**
+ * How far a body may move from where it is before it could touch another one where no contact point stands, or sink into it there
+ * by more than `sink`; at most `stride`. If all moving bodies move no farther after each frame, and the fixed ones rest, none
+ * sinks in deeper there, whatever the budgets. Pairs whose contacts are not asked for do not count.
+ */
+punctual_status punctual_scene_may_move(struct punctual_scene *scene,
+                                        struct punctual_body_id id,
+                                        double stride,
+                                        double sink,
+                                        double *most);
+
+/**
  * Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is asked of; 0 by default.
  *
  * Fails with BAD_ARGUMENT if the question is unknown, or the importance infinite or NaN.

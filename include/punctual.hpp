@@ -789,6 +789,9 @@ public:
   [[nodiscard]] punctual_status set_look_ahead(double length) noexcept {
     return punctual_scene_set_look_ahead(get(), length);
   }
+  Result<double> may_move(punctual_body_id id, double stride, double sink) noexcept {
+    return detail::filled<double>(punctual_scene_may_move, get(), id, stride, sink);
+  }
   [[nodiscard]] punctual_status set_question_importance(punctual_pair_question question, float importance) noexcept {
     return punctual_scene_set_question_importance(get(), question, importance);
   }

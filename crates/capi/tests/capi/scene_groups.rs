@@ -240,6 +240,11 @@ fn which_body_is_within_the_other_is_told_whatever_their_order() {
                     punctual_scene_contact_points(shared, x, y, points, size, 0, slot(found))
                 });
                 assert_eq!((found.within, found.count), (expected, 0));
+                let most =
+                    made(|most| punctual_scene_may_move(Some(&mut scene), x, 9.0, 0.5, most));
+                // Half of the gap of the boxes and the sink.
+                let right = if expected == 0 { 2.2..2.3 } else { 0.0..1e-300 };
+                assert!(right.contains(&most), "{most}");
                 assert_eq!(found.low > 0.0, expected == 0);
             }
         }
@@ -268,6 +273,15 @@ fn groups_refuse_what_is_not_there() {
         "scene",
     );
     null_is_seen(punctual_scene_set_look_ahead(None, 0.0), "scene");
+    null_is_seen(
+        punctual_scene_may_move(Some(&mut scene), id, 1.0, 0.0, None),
+        "most",
+    );
+    let most = &mut MaybeUninit::uninit();
+    null_is_seen(
+        punctual_scene_may_move(None, id, 1.0, 0.0, Some(most)),
+        "scene",
+    );
     fails(
         punctual_scene_set_look_ahead(Some(&mut scene), -1.0),
         Status::BadArgument,
