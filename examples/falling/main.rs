@@ -306,8 +306,9 @@ fn world(meshes: Vec<Mesh>) -> Result<World, Box<dyn Error>> {
     }
     let mut shapes = Vec::new();
     for mesh in meshes {
-        let mass = Mass::of(&mesh).ok_or("its triangles bound no solid")?;
-        shapes.push((solid(mesh), mass));
+        let tree = solid(mesh);
+        let mass = Mass::of(&tree)?;
+        shapes.push((tree, mass));
     }
     for i in 0..BODIES {
         let [x, y, z] = [i % 3, i / 3 % 3, i / 9].map(|i| i as f64);

@@ -91,17 +91,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 impl Args {
     fn shapes(&self) -> Result<Vec<Shape>, Failure> {
         if self.meshes.is_empty() {
-            return Ok(Shape::built_in());
+            return Ok(Shape::built_in()?);
         }
         let shape = |file: &PathBuf| {
             let shape = Shape::new(&self.reading.load(file)?, SIZE);
-            let refused = || {
-                format!(
-                    "{}: its triangles bound no solid, or one that is inside out",
-                    file.display()
-                )
-            };
-            Ok(shape.ok_or_else(refused)?)
+            Ok(shape.map_err(|error| format!("{}: {error}", file.display()))?)
         };
         self.meshes.iter().map(shape).collect()
     }

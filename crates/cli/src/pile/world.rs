@@ -47,28 +47,24 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The solid that a mesh bounds, scaled to a size. `None` if it bounds none.
-    pub fn new(mesh: &Mesh, size: f64) -> Option<Self> {
+    /// The solid that a mesh bounds, scaled to a size.
+    pub fn new(mesh: &Mesh, size: f64) -> Result<Self, Box<dyn Error>> {
         let (bounds, triangles) = (mesh.aabb(), mesh.triangles().iter().copied());
         let scale = size / bounds.extents().length();
         let vertices = (0..mesh.vertex_count()).map(|i| (mesh.vertex(i) - bounds.center()) * scale);
-        let mesh = Mesh::from_f64(vertices, triangles).ok()?;
-        let mass = Mass::of(&mesh)?;
-        let tree = Arc::new(solid(mesh));
-        Some(Self { tree, mass })
+        let tree = Arc::new(solid(Mesh::from_f64(vertices, triangles)?));
+        let mass = Mass::of(&tree)?;
+        Ok(Self { tree, mass })
     }
 
     /// Shapes that are not convex: a ring, a gear, a knot.
-    pub fn built_in() -> Vec<Self> {
+    pub fn built_in() -> Result<Vec<Self>, Box<dyn Error>> {
         let meshes = [
             shapes::torus(1.0, 0.4, 20),
             shapes::gear(11, 2),
             shapes::torus_knot(2, 3, 0.45, 40),
         ];
-        meshes
-            .iter()
-            .filter_map(|mesh| Self::new(mesh, SIZE))
-            .collect()
+        meshes.iter().map(|mesh| Self::new(mesh, SIZE)).collect()
     }
 }
 

@@ -40,8 +40,8 @@ impl Scene {
     /// **Promise.** Bodies whose contacts are [requested](Scene::find_contacts) sink into each other
     /// nowhere by more than `sink`, except where contact points stand, whatever the budgets of the
     /// frames, if
-    /// - after each frame every moving body moves once, and no point of its mesh farther than this
-    ///   (a body that turns by `w` moves its points by at most `w` times its radius);
+    /// - no point of the mesh of a moving body moves farther than this before you ask for all of them
+    ///   again (a body that turns by `w` moves its points by at most `w` times its radius);
     /// - fixed bodies rest. Give [kinematic](crate::Body) ones their new poses before you ask.
     ///
     /// So if `sink` is less than the thickness of the bodies, none passes through another. Where
@@ -101,7 +101,7 @@ impl Scene {
         walk.begin(&around, &mut queue, unlimited);
         let mut most = stride.max(0.0);
         while let Some(Reverse((bits, what))) = queue.pop()
-            && 0.5 * f64::from_bits(bits) < most
+            && 0.5 * (f64::from_bits(bits) + sink.min(0.0)) < most
         {
             match what {
                 What::Node(node) => walk.open(&around, &mut queue, node),
