@@ -28,9 +28,9 @@ use super::solver::{Contact, Mass, RigidBody, Solver};
 
 /// All bodies have this size: the diagonal of the box around them.
 pub const SIZE: f64 = 1.0;
-/// Distance within which two bodies have contacts, and at which they rest.
-const SKIN: f64 = 0.005 * SIZE;
-const REST: f64 = 0.5 * SKIN;
+/// Distance within which two bodies have contacts where time is short, and at which they rest.
+pub const SKIN: f64 = 0.005 * SIZE;
+const REST: f64 = 0.0025 * SIZE;
 /// How deep bodies may sink into each other unseen.
 const SINK: f64 = 0.05 * SIZE;
 /// How far a body may move in a frame.
@@ -113,11 +113,13 @@ pub struct Pile {
     contacts: Vec<Contact>,
     /// Half of the room inside of the walls.
     half_width: f64,
+    skin: f64,
 }
 
 impl Pile {
-    /// So many bodies of these shapes, in turn, in layers above a bin that they fill.
-    pub fn new(shapes: &[Shape], count: usize) -> Result<Self, Box<dyn Error>> {
+    /// So many bodies of these shapes, in turn, in layers above a bin that they fill. Bodies closer than
+    /// `skin` have contacts.
+    pub fn new(shapes: &[Shape], count: usize, skin: f64) -> Result<Self, Box<dyn Error>> {
         let row = (count as f64 / 2.4).cbrt().round().max(1.0) as usize;
         let layers = count.div_ceil(row * row);
         let half_width = 0.5 * SPACING.x * row as f64 + WALL;
@@ -128,6 +130,7 @@ impl Pile {
             solver: Solver::default(),
             contacts: Vec::new(),
             half_width,
+            skin,
         };
         pile.scene.find_contacts();
         pile.build_bin(0.5 * (0.25 * layers as f64 + 1.0) * SIZE)?;
@@ -185,7 +188,7 @@ impl Pile {
         turn: DQuat,
     ) -> Result<usize, Box<dyn Error>> {
         let body = RigidBody::moving(&shape.mass, at + turn * shape.mass.centre, turn);
-        let moving = Body::moving(Arc::clone(&shape.tree), body.pose()?).margin(0.5 * SKIN);
+        let moving = Body::moving(Arc::clone(&shape.tree), body.pose()?).margin(0.5 * self.skin);
         self.ids.push(self.scene.insert(moving)?);
         self.bodies.push(body);
         Ok(self.bodies.len() - 1)
