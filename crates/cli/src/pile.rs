@@ -91,7 +91,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 impl Args {
     fn shapes(&self) -> Result<Vec<Shape>, Failure> {
         if self.meshes.is_empty() {
-            return Ok(Shape::built_in()?);
+            return Shape::built_in();
         }
         let shape = |file: &PathBuf| {
             let shape = Shape::new(&self.reading.load(file)?, SIZE);
