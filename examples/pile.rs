@@ -22,7 +22,7 @@ use punctual::glam::{DQuat, DVec3};
 use punctual::{Budget, shapes};
 use punctual_depenetrate::PenetrationWorkspace;
 use punctual_scene::{Body, BodyContact, ContactPhase};
-use world::{Pile, SIZE, Shape};
+use world::{Pile, SIZE, SKIN, Shape};
 
 const BODIES: usize = 300;
 const FRAMES: usize = 600;
@@ -31,11 +31,11 @@ const BUDGET: Duration = Duration::from_millis(1);
 const SECOND: usize = 60;
 
 fn play(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
-    let mut pile = Pile::new(&Shape::built_in(), BODIES)?;
+    let mut pile = Pile::new(&Shape::built_in()?, BODIES, SKIN)?;
     // More important than any body that waits to be looked at, so that no bullet passes unseen.
     let sensor = |body: Body| body.sensor().importance(2.0);
     let gate = pile.insert_box([4.0, 4.0, 0.25], DVec3::Z * 16.0, sensor)?;
-    let shape = Shape::new(&shapes::icosphere(2), 0.5 * SIZE).ok_or("a ball is a solid")?;
+    let shape = Shape::new(&shapes::icosphere(2), 0.5 * SIZE)?;
     let muzzle = DVec3::Z * 18.0;
     let bullet = pile.insert(&shape, muzzle, DQuat::IDENTITY)?;
     pile.scene.track_contacts();

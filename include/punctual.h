@@ -602,6 +602,24 @@ typedef struct punctual_tree_level {
 } punctual_tree_level;
 
 /**
+ * Mass properties of a solid of density 1.
+ */
+typedef struct punctual_mass_properties {
+  /**
+   * In the mesh's unit of length cubed.
+   */
+  double volume;
+  /**
+   * The centre of mass, in the coordinates of the mesh.
+   */
+  struct punctual_point center;
+  /**
+   * The inertia tensor about the centre of mass, for the axes of the mesh: row by row; it is symmetric.
+   */
+  double inertia[9];
+} punctual_mass_properties;
+
+/**
  * What `punctual_build_options_default` calls: writes as many bytes as the caller's struct has.
  */
 void punctual_build_options_init(struct punctual_build_options *options, size_t size);
@@ -695,6 +713,13 @@ punctual_status punctual_tree_node_alphas(const struct punctual_tree *tree,
                                           float *alphas,
                                           size_t capacity,
                                           size_t *count);
+
+/**
+ * Computes the mass properties of a closed solid (`punctual_build_options.solid`). Takes linear time and allocates.
+ *
+ * Fails with BAD_MESH if the tree is no solid, has open edges, is inside out, or has no volume.
+ */
+punctual_status punctual_tree_mass_properties(const struct punctual_tree *tree, struct punctual_mass_properties *mass);
 
 /**
  * Checks that every triangle is in one leaf and inside every box above it. Takes linear time and allocates.
@@ -4341,6 +4366,17 @@ punctual_status punctual_scene_contact_points(const struct punctual_scene *scene
  */
 punctual_status punctual_scene_set_look_ahead(struct punctual_scene *scene,
                                               double length);
+
+/**
+ * How far a body may move from where it is before it could touch another one where no contact point stands, or sink into it there
+ * by more than `sink`; at most `stride`. If all moving bodies move no farther after each frame, and the fixed ones rest, none
+ * sinks in deeper there, whatever the budgets. Pairs whose contacts are not asked for do not count.
+ */
+punctual_status punctual_scene_may_move(struct punctual_scene *scene,
+                                        struct punctual_body_id id,
+                                        double stride,
+                                        double sink,
+                                        double *most);
 
 /**
  * Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is asked of; 0 by default.

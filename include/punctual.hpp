@@ -289,6 +289,9 @@ public:
   Result<punctual_tree_facts> describe() const noexcept {
     return detail::filled<punctual_tree_facts>(punctual_tree_describe, get());
   }
+  Result<punctual_mass_properties> mass_properties() const noexcept {
+    return detail::filled<punctual_mass_properties>(punctual_tree_mass_properties, get());
+  }
   /** Writes up to `capacity` levels; how many there are. */
   Result<std::size_t> levels(punctual_tree_level *levels, std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_tree_levels, get(), levels, sizeof *levels, capacity);
@@ -788,6 +791,9 @@ public:
   }
   [[nodiscard]] punctual_status set_look_ahead(double length) noexcept {
     return punctual_scene_set_look_ahead(get(), length);
+  }
+  Result<double> may_move(punctual_body_id id, double stride, double sink) noexcept {
+    return detail::filled<double>(punctual_scene_may_move, get(), id, stride, sink);
   }
   [[nodiscard]] punctual_status set_question_importance(punctual_pair_question question, float importance) noexcept {
     return punctual_scene_set_question_importance(get(), question, importance);

@@ -2,10 +2,9 @@
 
 use std::cmp::Ordering;
 use std::fmt::Write;
-use std::rc::Rc;
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Pose, Tree};
+use punctual_scene::Body;
 
 /// Pixels of a unit of length, and of a panel.
 const SCALE: f64 = 50.0;
@@ -20,11 +19,11 @@ pub struct Picture {
 
 impl Picture {
     /// Adds a panel, seen from the front, the right and above; of the bin only the floor.
-    pub fn add(&mut self, trees: &[Rc<Tree>], poses: &[Pose], caption: &str) {
+    pub fn add<'b>(&mut self, bodies: impl Iterator<Item = &'b Body>, caption: &str) {
         let turn = DMat3::from_rotation_x(-1.2) * DMat3::from_rotation_z(-0.5);
         let mut faces = Vec::new();
         let is_drawn = |&(i, _): &(usize, _)| i == 0 || i >= crate::FIXED;
-        for (i, (tree, pose)) in trees.iter().zip(poses).enumerate().filter(is_drawn) {
+        for (i, Body { tree, pose, .. }) in bodies.enumerate().filter(is_drawn) {
             let mesh = tree.mesh();
             for triangle in 0..mesh.len() {
                 let corners = mesh

@@ -82,7 +82,7 @@ impl Component {
     }
 }
 
-/// Reasons why [`Tree::checked_solid`] refuses a tree.
+/// Reasons why [`Tree::checked_solid`] and [`Tree::mass_properties`] refuse a tree.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SolidError {
@@ -95,6 +95,18 @@ pub enum SolidError {
         /// Its triangle with the least id.
         triangle: u32,
         /// Its signed volume.
+        volume: f64,
+    },
+    /// The solid is not closed, so it has no mass.
+    Open {
+        /// Number of directed edges without an opposite one.
+        edges: usize,
+        /// The vertices of one of them.
+        edge: [u32; 2],
+    },
+    /// The volume is 0, within rounding, or too large or small for `f64`.
+    NoVolume {
+        /// What was computed.
         volume: f64,
     },
 }
@@ -113,6 +125,16 @@ impl fmt::Display for SolidError {
                 f,
                 "component {component}, of triangle {triangle}, is inside out: its volume is {volume}"
             ),
+            Self::Open {
+                edges,
+                edge: [from, to],
+            } => write!(
+                f,
+                "the solid has {edges} open edges, one from vertex {from} to vertex {to}"
+            ),
+            Self::NoVolume { volume } => {
+                write!(f, "the solid has no volume within rounding: {volume}")
+            }
         }
     }
 }
@@ -138,6 +160,18 @@ impl Solidity {
     /// Sum of the signed volumes of the components.
     pub fn volume(&self) -> f64 {
         self.components.iter().map(|one| one.volume).sum()
+    }
+
+    /// Refuses the first component that is inside out.
+    pub(super) fn check(&self) -> Result<(), SolidError> {
+        let fault = (0..).zip(&self.components).find(|(_, one)| one.inside_out);
+        fault.map_or(Ok(()), |(component, one)| {
+            Err(SolidError::InsideOut {
+                component,
+                triangle: one.first_triangle,
+                volume: one.volume,
+            })
+        })
     }
 
     /// The vertices of open edges, one of each position, and the edges as indices of these.
@@ -238,16 +272,8 @@ impl Tree {
     /// # Errors
     /// The first component that is inside out, or that the build did not ask for a solid.
     pub fn checked_solid(self) -> Result<Self, SolidError> {
-        let solid = self.solid.as_ref().ok_or(SolidError::NotSolid)?;
-        let fault = (0..).zip(&solid.components).find(|(_, one)| one.inside_out);
-        match fault {
-            None => Ok(self),
-            Some((component, one)) => Err(SolidError::InsideOut {
-                component,
-                triangle: one.first_triangle,
-                volume: one.volume,
-            }),
-        }
+        self.solid.as_ref().ok_or(SolidError::NotSolid)?.check()?;
+        Ok(self)
     }
 
     /// Computes the closedness that `solid` asks for, and reverses what is inside out if it says

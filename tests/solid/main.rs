@@ -7,6 +7,7 @@ mod closed;
 mod contained;
 #[path = "../common/exact_distance.rs"]
 mod exact_distance;
+mod mass;
 mod meshes;
 mod points;
 mod truth;

@@ -397,6 +397,26 @@ pub extern "C" fn punctual_scene_set_look_ahead(
     })
 }
 
+/// How far a body may move from where it is before it could touch another one where no contact point stands, or sink into it there
+/// by more than `sink`; at most `stride`. If all moving bodies move no farther after each frame, and the fixed ones rest, none
+/// sinks in deeper there, whatever the budgets. Pairs whose contacts are not asked for do not count.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_may_move(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    stride: f64,
+    sink: f64,
+    most: Option<&mut MaybeUninit<f64>>,
+) -> punctual_status {
+    door("punctual_scene_may_move", || {
+        let most = given(most, "most")?;
+        punctual_scene::change(scene, |scene| {
+            most.write(scene.may_move(id.into(), stride, sink)?);
+            Ok(())
+        })
+    })
+}
+
 /// Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is asked of; 0 by default.
 ///
 /// Fails with BAD_ARGUMENT if the question is unknown, or the importance infinite or NaN.

@@ -7,7 +7,7 @@ use core::ffi::c_char;
 use core::fmt::{self, Write};
 use punctual::geom::{MotionError, RayError};
 use punctual::points::PointError;
-use punctual::tree::{TreeFault, TreeFileError};
+use punctual::tree::{SolidError, TreeFault, TreeFileError};
 use punctual::{MeshError, PoseError, ResumeError};
 use punctual_io::{FileError, ReadError};
 use std::io;
@@ -87,6 +87,7 @@ pub(crate) enum Fault {
     Thread(io::Error),
     Points(PointError),
     Robot(RobotError),
+    Solid(SolidError),
 }
 
 impl Fault {
@@ -107,7 +108,7 @@ impl Fault {
             | Self::NotUtf8(_) => punctual_status::BadArgument,
             Self::OutOfMemory => punctual_status::OutOfMemory,
             Self::Poisoned(_) => punctual_status::Poisoned,
-            Self::Mesh(_) => punctual_status::BadMesh,
+            Self::Mesh(_) | Self::Solid(_) => punctual_status::BadMesh,
             Self::Pose(_) => punctual_status::BadPose,
             Self::Scene(SceneError::NoSuchBody { .. }) => punctual_status::NoSuchBody,
             Self::Scene(SceneError::NotARotation { .. } | SceneError::TooFar { .. }) => {
@@ -180,6 +181,7 @@ impl fmt::Display for Fault {
             ),
             Self::Points(error) => error.fmt(f),
             Self::Robot(error) => error.fmt(f),
+            Self::Solid(error) => error.fmt(f),
         }
     }
 }
@@ -206,7 +208,8 @@ fault_from!(
     MeshBytes(ReadError),
     Thread(io::Error),
     Points(PointError),
-    Robot(RobotError)
+    Robot(RobotError),
+    Solid(SolidError)
 );
 
 /// Runs the work of the call `name`. No panic leaves it.

@@ -3,6 +3,7 @@
 use crate::arrays::{array, list};
 use crate::handle::{Handle, put};
 use crate::mesh::punctual_mesh;
+use crate::pose::punctual_point;
 use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use core::mem::MaybeUninit;
@@ -175,6 +176,18 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
     Ok(chosen.extremes(options.extremes != 0).solid(solid))
 }
 
+/// Mass properties of a solid of density 1.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_mass_properties {
+    /// In the mesh's unit of length cubed.
+    pub volume: f64,
+    /// The centre of mass, in the coordinates of the mesh.
+    pub center: punctual_point,
+    /// The inertia tensor about the centre of mass, for the axes of the mesh: row by row; it is symmetric.
+    pub inertia: [f64; 9],
+}
+
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
 /// how many there are to `count`. They are the caller's. For a closed mesh of floats they are about 30 a triangle. Takes
 /// linear time and allocates; with a capacity of 0, where `bytes` may be null, it only counts, and allocates nothing.
@@ -341,6 +354,26 @@ pub unsafe extern "C" fn punctual_tree_node_alphas(
         let each = tree.subtrees().map(|subtree| subtree.alpha_product());
         // SAFETY: the contract of the header for arrays.
         unsafe { list(alphas, capacity, "alphas", given(count, "count")?, each) }
+    })
+}
+
+/// Computes the mass properties of a closed solid (`punctual_build_options.solid`). Takes linear time and allocates.
+///
+/// Fails with BAD_MESH if the tree is no solid, has open edges, is inside out, or has no volume.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_tree_mass_properties(
+    tree: Option<&punctual_tree>,
+    mass: Option<&mut MaybeUninit<punctual_mass_properties>>,
+) -> punctual_status {
+    door("punctual_tree_mass_properties", || {
+        let tree = given(tree, "tree")?.0.get("tree")?;
+        let found = tree.mass_properties()?;
+        given(mass, "mass")?.write(punctual_mass_properties {
+            volume: found.volume,
+            center: found.center.into(),
+            inertia: found.inertia.to_cols_array(),
+        });
+        Ok(())
     })
 }
 

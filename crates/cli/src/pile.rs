@@ -19,7 +19,7 @@ use punctual_view::{Known, Shown};
 use crate::Completion;
 use crate::input::{MeshArgs, parse_microseconds, print_source};
 use crate::scene::play::{ClockName, CpuClock};
-use world::{Frame, Pile, SIZE, Shape};
+use world::{Frame, Pile, SIZE, SKIN, Shape};
 
 /// Let bodies fall into a bin: a small solver of rigid bodies, whose contacts a scene finds within the budget of a frame.
 ///
@@ -70,7 +70,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     }
     let start = Instant::now();
     let shapes = args.shapes()?;
-    let mut pile = Pile::new(&shapes, args.bodies.into())?;
+    let mut pile = Pile::new(&shapes, args.bodies.into(), SKIN)?;
     print_source(out, start.elapsed())?;
     pile.scene.use_threads(args.threads.into())?;
     let mut play = Play::new(args);
@@ -91,17 +91,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 impl Args {
     fn shapes(&self) -> Result<Vec<Shape>, Failure> {
         if self.meshes.is_empty() {
-            return Ok(Shape::built_in());
+            return Shape::built_in();
         }
         let shape = |file: &PathBuf| {
             let shape = Shape::new(&self.reading.load(file)?, SIZE);
-            let refused = || {
-                format!(
-                    "{}: its triangles bound no solid, or one that is inside out",
-                    file.display()
-                )
-            };
-            Ok(shape.ok_or_else(refused)?)
+            Ok(shape.map_err(|error| format!("{}: {error}", file.display()))?)
         };
         self.meshes.iter().map(shape).collect()
     }

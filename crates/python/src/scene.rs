@@ -536,6 +536,16 @@ impl Scene {
         self.change(|scene| scene.set_look_ahead(length))
     }
 
+    /// How far a body may move from where it is before it could touch another one where no contact point stands, or sink
+    /// into it there by more than `sink`; at most `stride`. If all moving bodies move no farther after each frame, and the
+    /// fixed ones rest, none sinks in deeper there, whatever the budgets. Pairs whose contacts are not asked for
+    /// (`find_contacts`) do not count.
+    #[pyo3(signature = (body, stride, sink=0.0))]
+    fn may_move(&mut self, body: u64, stride: f64, sink: f64) -> PyResult<f64> {
+        (self.scene.may_move(BodyId::from_bits(body), stride, sink))
+            .map_err(|error| scene_error(&self.scene, error))
+    }
+
     /// Says how much a question matters, beside the bodies that it is asked of: "meet", "distance", "motion" or "contacts";
     /// 0 by default. Raises ValueError for another question, and an importance that is not finite.
     fn set_question_importance(&mut self, question: &str, importance: f32) -> PyResult<()> {

@@ -2,14 +2,14 @@
 
 use crate::arrays::{column, mesh, table, vectors, vectors_or_one};
 use crate::batch::{each, workers};
-use crate::errors::{file_error, point_error, value_error};
+use crate::errors::{file_error, not_solid, point_error, value_error};
 use crate::interrupt::in_background;
 use crate::limit::Limit;
 use crate::query::with_workspace;
 use numpy::{PyArray1, PyArray2};
 use punctual::glam::DMat3;
 use punctual::points::PointBounds;
-use punctual::tree::Solid;
+use punctual::tree::{Solid, SolidError};
 use punctual::{Budget, BuildOptions, Mesh, Pose, Query};
 use punctual_io::Loaded;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning};
@@ -70,6 +70,9 @@ fn options(effort: &str, extremes: bool, solid: &str) -> PyResult<BuildOptions> 
         .map_err(|error| value_error(format_args!("solid: {error}")))?;
     Ok(options.extremes(extremes).solid(solid))
 }
+
+/// Volume, centre of mass and inertia tensor.
+type MassArrays<'py> = (f64, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// Points, their distances, and the triangles that they are on.
 type ClosestPoints<'py> = (
@@ -451,6 +454,19 @@ impl Tree {
     #[getter]
     fn volume(&self) -> Option<f64> {
         self.arc.solid().map(|solid| solid.volume())
+    }
+
+    /// Volume, centre of mass (3,) and inertia tensor about it (3, 3) of the closed solid, of density 1. Raises ValueError if
+    /// the tree is no solid, has open edges, or is inside out.
+    fn mass_properties<'py>(&self, py: Python<'py>) -> PyResult<MassArrays<'py>> {
+        let found = py.detach(|| self.arc.mass_properties());
+        let found = found.map_err(|error| match error {
+            SolidError::NotSolid => not_solid(),
+            error => value_error(error),
+        })?;
+        let center = column(py, found.center.to_array().into());
+        let inertia = table(py, found.inertia.to_cols_array_2d())?;
+        Ok((found.volume, center, inertia))
     }
 
     /// Number of triangles.

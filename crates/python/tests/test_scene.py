@@ -450,9 +450,13 @@ def test_a_contained_body_and_what_lies_ahead():
     scene.step()
     found = scene.contact_points(a, b)
     assert found.within == b and found.low == 0 and len(found) == 0
+    assert scene.may_move(b, 1.0, sink=0.1) == 0
     scene.set_pose(b, [[1, 0, 0, 5.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     scene.step()
     assert scene.contact_points(a, b).within is None and scene.contact_points(a, b).low > 0.4
+    assert scene.may_move(b, 0.2) == 0.2 and 0.5 <= scene.may_move(b, 9.0, sink=0.1) <= 0.61
+    with pytest.raises(KeyError, match="is not in the scene"):
+        scene.may_move(b + 7, 1.0)
     scene.set_look_ahead(1.0)
     with pytest.raises(ValueError, match="look-ahead: -1 is not a length"):
         scene.set_look_ahead(-1.0)

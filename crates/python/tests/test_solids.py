@@ -28,8 +28,22 @@ def test_points_of_a_cube(solid: str) -> None:
     assert punctual3d.Tree.from_bytes(tree.to_bytes()).contains(POINTS[:1]).tolist() == [True]
 
 
+def test_mass_properties_of_a_cube() -> None:
+    volume, center, inertia = cube("keep").mass_properties()
+    assert abs(volume - 1) < 1e-15
+    np.testing.assert_allclose(center, [0.5, 0.5, 0.5], atol=1e-15)
+    np.testing.assert_allclose(inertia, np.eye(3) / 6, atol=1e-15)
+    with pytest.raises(ValueError, match=KEEP):
+        cube("no").mass_properties()
+    with pytest.raises(ValueError, match="the solid has 3 open edges, one from vertex"):
+        whole = cube("keep")
+        punctual3d.Tree(whole.vertices, whole.faces[1:], solid="keep").mass_properties()
+
+
 def test_what_is_inside_out_is_kept_or_flipped() -> None:
     kept, flipped = cube("keep", -1), cube("flip", -1)
+    with pytest.raises(ValueError, match="inside out"):
+        kept.mass_properties()
     assert kept.volume == -1.0 and not kept.contains(POINTS).tolist()[0]
     assert flipped.volume == 1.0 and flipped.contains(POINTS).tolist()[0]
 

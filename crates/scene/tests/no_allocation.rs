@@ -488,6 +488,9 @@ fn frames_that_allocate(
                 2.. => _ = world.scene.detect(budget),
                 _ => _ = world.scene.detect(budget.clock(&clock)),
             }
+            for &id in &world.ids {
+                world.scene.may_move(id, 1.0, 0.01).unwrap();
+            }
         });
         passages += world.scene.passages().count();
         contained += world.scene.report().contained;

@@ -185,6 +185,8 @@ static void contained_and_apart(void) {
   punctual_scene *scene;
   punctual_body_id ids[2];
   punctual_contact_points found = {.size = sizeof found};
+  punctual_mass_properties mass;
+  double most;
   options.solid = PUNCTUAL_SOLID_KEEP;
   OK(punctual_scene_new(PUNCTUAL_MODE_ANY, PUNCTUAL_REACH_HERE, &scene));
   OK(punctual_scene_find_contacts(scene));
@@ -196,6 +198,8 @@ static void contained_and_apart(void) {
     punctual_body body = punctual_body_new(cubes[i], at(0));
     OK(punctual_scene_insert(scene, &body, &ids[i]));
   }
+  OK(punctual_tree_mass_properties(cubes[0], &mass));
+  CHECK(mass.volume > 7.999 && mass.volume < 8.001 && mass.center.x < 1e-9 && mass.inertia[1] < 1e-9);
   OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
   OK(punctual_scene_contact_points(scene, ids[0], ids[1], NULL, sizeof(punctual_contact_point), 0, &found));
   CHECK(found.within == 2 && found.count == 0 && found.low == 0 && found.drift == 0);
@@ -203,6 +207,8 @@ static void contained_and_apart(void) {
   OK(punctual_scene_detect(scene, punctual_budget_unlimited(), NULL, NULL));
   OK(punctual_scene_contact_points(scene, ids[0], ids[1], NULL, sizeof(punctual_contact_point), 0, &found));
   CHECK(found.within == 0 && found.count == 0 && found.low >= 0.4 && found.low <= 0.5 && found.drift == 0);
+  OK(punctual_scene_may_move(scene, ids[1], 9, 0.125, &most));
+  CHECK(most >= 0.3 && most <= 0.3125);
   FAILS(punctual_scene_set_look_ahead(scene, -1), BAD_ARGUMENT,
         "punctual_scene_set_look_ahead: look-ahead: -1 is not a length from 0 to 2^1000");
   punctual_scene_free(scene);

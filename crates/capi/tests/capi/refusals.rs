@@ -137,6 +137,12 @@ fn null_is_refused_by_trees() {
         "facts",
     );
     null_is_seen(punctual_tree_validate(None), "tree");
+    null_is_seen(punctual_tree_mass_properties(None, None), "tree");
+    fails(
+        punctual_tree_mass_properties(Some(&tree), None),
+        Status::BadMesh,
+        "punctual_tree_mass_properties: the tree was not built as a solid, see `BuildOptions::solid`",
+    );
 }
 
 #[test]

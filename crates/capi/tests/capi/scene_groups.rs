@@ -7,7 +7,8 @@ use std::sync::Arc;
 use super::call::*;
 use super::scene_answers::{Both, all, at};
 use ::punctual_scene::{Body, Filter, PairQuestion};
-use punctual::{Motion, Tree, shapes};
+use punctual::tree::Solid;
+use punctual::{BuildOptions, Motion, Tree, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 #[test]
@@ -218,6 +219,15 @@ fn contact_points_are_those_of_rust() {
 fn which_body_is_within_the_other_is_told_whatever_their_order() {
     let room = solid_of(&owned(|mesh| punctual_shape_cuboid(4.0, 4.0, 4.0, 2, mesh)));
     let ball = solid_of(&owned(|mesh| punctual_shape_icosphere(1, mesh)));
+    let mass = made(|mass| punctual_tree_mass_properties(Some(&room), mass));
+    let native = Tree::with_options(
+        shapes::cuboid([4.0; 3], 2),
+        &BuildOptions::default().solid(Solid::Keep),
+    );
+    let native = native.mass_properties().unwrap();
+    assert_eq!(mass.volume, native.volume);
+    assert_eq!(mass.center, native.center.into());
+    assert_eq!(mass.inertia, native.inertia.to_cols_array());
     for (trees, within) in [([&room, &ball], 2), ([&ball, &room], 1)] {
         let mut scene = owned(|scene| punctual_scene_new(0, 0, scene));
         let [a, b] = trees.map(|tree| {
@@ -240,6 +250,11 @@ fn which_body_is_within_the_other_is_told_whatever_their_order() {
                     punctual_scene_contact_points(shared, x, y, points, size, 0, slot(found))
                 });
                 assert_eq!((found.within, found.count), (expected, 0));
+                let most =
+                    made(|most| punctual_scene_may_move(Some(&mut scene), x, 9.0, 0.5, most));
+                // Half of the gap of the boxes and the sink.
+                let right = if expected == 0 { 2.2..2.3 } else { 0.0..1e-300 };
+                assert!(right.contains(&most), "{most}");
                 assert_eq!(found.low > 0.0, expected == 0);
             }
         }
@@ -268,6 +283,15 @@ fn groups_refuse_what_is_not_there() {
         "scene",
     );
     null_is_seen(punctual_scene_set_look_ahead(None, 0.0), "scene");
+    null_is_seen(
+        punctual_scene_may_move(Some(&mut scene), id, 1.0, 0.0, None),
+        "most",
+    );
+    let most = &mut MaybeUninit::uninit();
+    null_is_seen(
+        punctual_scene_may_move(None, id, 1.0, 0.0, Some(most)),
+        "scene",
+    );
     fails(
         punctual_scene_set_look_ahead(Some(&mut scene), -1.0),
         Status::BadArgument,

@@ -11,7 +11,8 @@
 use std::collections::HashMap;
 
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Mesh, Pose, PoseError};
+use punctual::tree::SolidError;
+use punctual::{Pose, PoseError, Tree};
 
 /// Seconds of a frame.
 pub const FRAME: f64 = 1.0 / 60.0;
@@ -27,7 +28,7 @@ const FASTEST_PUSH: f64 = 3.0;
 /// Share of its spin that a body loses per second.
 const SPIN_LOSS: f64 = 1.2;
 
-/// Mass, centre and inertia of the solid that the triangles of a mesh bound, of density 1.
+/// Mass, centre and inertia of a solid of density 1, and its size.
 #[derive(Clone, Copy, Debug)]
 pub struct Mass {
     pub mass: f64,
@@ -41,29 +42,15 @@ pub struct Mass {
 }
 
 impl Mass {
-    /// Sums over the tetrahedra between the origin and the triangles. `None` if they bound nothing.
-    pub fn of(mesh: &Mesh) -> Option<Self> {
-        let outer = |u: DVec3, v: DVec3| DMat3::from_cols(u * v.x, u * v.y, u * v.z);
-        let (mut volume, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
-        for [p, q, r] in (0..mesh.len()).map(|i| mesh.triangle(i)) {
-            let (six_volumes, sum) = (p.dot(q.cross(r)), p + q + r);
-            volume += six_volumes / 6.0;
-            first += sum * (six_volumes / 24.0);
-            let corners = outer(p, p) + outer(q, q) + outer(r, r);
-            second += (outer(sum, sum) + corners) * (six_volumes / 120.0);
-        }
-        let centre = first / volume;
-        let spread = second - outer(centre, centre) * volume;
-        let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
-        let inertia = DMat3::from_diagonal(DVec3::splat(trace)) - spread;
+    pub fn of(tree: &Tree) -> Result<Self, SolidError> {
+        let (found, mesh) = (tree.mass_properties()?, tree.mesh());
         let radius = (0..mesh.vertex_count())
-            .map(|i| mesh.vertex(i).distance(centre))
+            .map(|i| mesh.vertex(i).distance(found.center))
             .fold(0.0, f64::max);
-        let is_solid = volume > 0.0 && inertia.determinant() > 0.0;
-        is_solid.then_some(Self {
-            mass: volume,
-            centre,
-            inertia,
+        Ok(Self {
+            mass: found.volume,
+            centre: found.center,
+            inertia: found.inertia,
             radius,
             thickness: mesh.aabb().extents().min_element(),
         })

@@ -3,14 +3,9 @@
 //! In each frame the scene learns the poses ([`Pile::place`]), finds contacts within its budget
 //! ([`Scene::detect`]), and the solver moves the bodies ([`Pile::advance`]).
 //!
-//! **Bodies in doubt.** Of each pair the scene tells how far its surfaces were apart where no contact
-//! is known, and how far they have moved relative to each other since
-//! ([`Contacts::low`](punctual_scene::Contacts::low), `drift`). Two bodies may move relative to each
-//! other by what is left of that distance, and beyond it by [`TRUST`] if they have contacts, which
-//! still hold them where they are, or by [`BLIND`] if nothing does. Where nothing is left, or a
-//! question was cut short so that overlaps may be missing, both bodies are held. So they sink into
-//! each other only by what moves them alike, and by that much for each look of the scene, and none
-//! falls through another, however little time there is: then the pile is in slow motion.
+//! **Bodies in doubt.** The scene tells how far each body may move before it could sink into another
+//! one, where no contact holds it, by more than [`SINK`] ([`Scene::may_move`]). So none falls through
+//! another, however little time there is: then the pile is in slow motion.
 //!
 //! **Who waits goes first.** The importance of a body is the share of its motion that it must not
 //! make. So the scene spends its time on the pairs that hold bodies up, and on others if some is
@@ -29,21 +24,15 @@ use punctual::{Aabb, Budget, BuildOptions, Mesh, Tree, Verdict, shapes};
 use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use punctual_scene::{Body, BodyId, BodyKind, Scene};
 
-use super::solver::{Contact, FRAME, Mass, RigidBody, Solver};
+use super::solver::{Contact, Mass, RigidBody, Solver};
 
 /// All bodies have this size: the diagonal of the box around them.
 pub const SIZE: f64 = 1.0;
-/// Distance within which two bodies have contacts, and at which they rest.
-const SKIN: f64 = 0.005 * SIZE;
-const REST: f64 = 0.5 * SKIN;
-/// How far bodies may move relative to each other beyond what is proven: those with contacts, and
-/// those without.
-const TRUST: f64 = 0.05 * SIZE;
-const BLIND: f64 = 0.02 * SIZE;
-/// As many points of a pair as a scene keeps: others, less deep, may be missing.
-const MOST_POINTS: usize = 16;
-/// Frames that bodies wait for the rest of an answer.
-const PATIENCE: u64 = 20;
+/// Distance within which two bodies have contacts where time is short, and at which they rest.
+pub const SKIN: f64 = 0.005 * SIZE;
+const REST: f64 = 0.0025 * SIZE;
+/// How deep bodies may sink into each other unseen.
+const SINK: f64 = 0.05 * SIZE;
 /// How far a body may move in a frame.
 const STRIDE: f64 = 0.15 * SIZE;
 /// Thickness of the walls.
@@ -58,28 +47,24 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The solid that a mesh bounds, scaled to a size. `None` if it bounds none.
-    pub fn new(mesh: &Mesh, size: f64) -> Option<Self> {
+    /// The solid that a mesh bounds, scaled to a size.
+    pub fn new(mesh: &Mesh, size: f64) -> Result<Self, Box<dyn Error>> {
         let (bounds, triangles) = (mesh.aabb(), mesh.triangles().iter().copied());
         let scale = size / bounds.extents().length();
         let vertices = (0..mesh.vertex_count()).map(|i| (mesh.vertex(i) - bounds.center()) * scale);
-        let mesh = Mesh::from_f64(vertices, triangles).ok()?;
-        let mass = Mass::of(&mesh)?;
-        let tree = Arc::new(solid(mesh));
-        Some(Self { tree, mass })
+        let tree = Arc::new(solid(Mesh::from_f64(vertices, triangles)?));
+        let mass = Mass::of(&tree)?;
+        Ok(Self { tree, mass })
     }
 
     /// Shapes that are not convex: a ring, a gear, a knot.
-    pub fn built_in() -> Vec<Self> {
+    pub fn built_in() -> Result<Vec<Self>, Box<dyn Error>> {
         let meshes = [
             shapes::torus(1.0, 0.4, 20),
             shapes::gear(11, 2),
             shapes::torus_knot(2, 3, 0.45, 40),
         ];
-        meshes
-            .iter()
-            .filter_map(|mesh| Self::new(mesh, SIZE))
-            .collect()
+        meshes.iter().map(|mesh| Self::new(mesh, SIZE)).collect()
     }
 }
 
@@ -128,11 +113,13 @@ pub struct Pile {
     contacts: Vec<Contact>,
     /// Half of the room inside of the walls.
     half_width: f64,
+    skin: f64,
 }
 
 impl Pile {
-    /// So many bodies of these shapes, in turn, in layers above a bin that they fill.
-    pub fn new(shapes: &[Shape], count: usize) -> Result<Self, Box<dyn Error>> {
+    /// So many bodies of these shapes, in turn, in layers above a bin that they fill. Bodies closer than
+    /// `skin` have contacts.
+    pub fn new(shapes: &[Shape], count: usize, skin: f64) -> Result<Self, Box<dyn Error>> {
         let row = (count as f64 / 2.4).cbrt().round().max(1.0) as usize;
         let layers = count.div_ceil(row * row);
         let half_width = 0.5 * SPACING.x * row as f64 + WALL;
@@ -143,6 +130,7 @@ impl Pile {
             solver: Solver::default(),
             contacts: Vec::new(),
             half_width,
+            skin,
         };
         pile.scene.find_contacts();
         pile.build_bin(0.5 * (0.25 * layers as f64 + 1.0) * SIZE)?;
@@ -200,7 +188,7 @@ impl Pile {
         turn: DQuat,
     ) -> Result<usize, Box<dyn Error>> {
         let body = RigidBody::moving(&shape.mass, at + turn * shape.mass.centre, turn);
-        let moving = Body::moving(Arc::clone(&shape.tree), body.pose()?).margin(0.5 * SKIN);
+        let moving = Body::moving(Arc::clone(&shape.tree), body.pose()?).margin(0.5 * self.skin);
         self.ids.push(self.scene.insert(moving)?);
         self.bodies.push(body);
         Ok(self.bodies.len() - 1)
@@ -235,8 +223,7 @@ impl Pile {
         let mut frame = Frame::default();
         self.contacts.clear();
         for (id, body) in self.ids.iter().zip(&mut self.bodies) {
-            let is_known = self.scene.partners_known(*id)? && self.scene.report().unlisted == 0;
-            body.limit = if is_known { STRIDE } else { 0.0 };
+            body.limit = (self.scene).may_move(*id, STRIDE, SINK.min(body.thickness))?;
             body.goes_back = false;
         }
         for pair in &self.scene.report().pairs {
@@ -253,7 +240,7 @@ impl Pile {
                 // A pin through a plate has no normal: it is pushed out at some speed.
                 let (normal, gap) = if now.normal == DVec3::ZERO {
                     let [a, b] = indices.map(|i| self.bodies[i].position);
-                    ((a - b).normalize_or(DVec3::Z), -TRUST)
+                    ((a - b).normalize_or(DVec3::Z), -SINK)
                 } else {
                     (now.normal, now.distance - REST)
                 };
@@ -267,25 +254,11 @@ impl Pile {
                 frame.touching += 1;
                 frame.fresh += usize::from(found.age == 0);
             }
-            let [x, y] = indices.map(|i| self.bodies[i].thickness);
-            let trust = match found.points.len() {
-                0 => BLIND,
-                MOST_POINTS => TRUST,
-                // A part of an answer may lack overlaps. If no more comes, there were too many.
-                _ if found.low == 0.0 && found.age < PATIENCE => 0.0,
-                _ => TRUST,
-            };
-            let trust = trust.min(x).min(y);
-            let is_inside = matches!(pair.verdict, Verdict::Contained { .. });
-            let room = if is_inside {
+            if matches!(pair.verdict, Verdict::Contained { .. }) {
                 for i in indices {
                     self.bodies[i].goes_back = true;
                 }
-                0.0
-            } else {
-                found.low + trust - found.drift
-            };
-            limit(&mut self.bodies, indices, room.max(0.0));
+            }
         }
         Ok(frame)
     }
@@ -355,25 +328,5 @@ impl Pile {
     /// Number of bodies outside of the bin.
     pub fn lost(&self) -> usize {
         self.bodies.iter().filter(|body| self.is_lost(body)).count()
-    }
-}
-
-/// Lets two bodies move no farther relative to each other than `room`: each by a share as large as
-/// its share of what they want to move, beyond the motion that they have in common.
-fn limit(bodies: &mut [RigidBody], pair: [usize; 2], room: f64) {
-    let [v, w] = pair.map(|i| bodies[i].velocity);
-    let faster = v.length().max(w.length());
-    let is_common = room > 0.0 && faster > 0.0;
-    let common = if is_common {
-        FRAME * v.dot(w).max(0.0) / faster
-    } else {
-        0.0
-    };
-    let wanted = pair.map(|i| bodies[i].stride());
-    for (i, wants) in pair.into_iter().zip(wanted) {
-        if wants > 0.0 {
-            let share = room * wants / (wanted[0] + wanted[1]);
-            bodies[i].limit = bodies[i].limit.min(common + share);
-        }
     }
 }

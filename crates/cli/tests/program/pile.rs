@@ -122,7 +122,7 @@ fn what_is_no_solid_is_refused_by_name() {
     let folder = Folder::new();
     folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let answer = folder.run("pile flat.obj --frames 1");
-    answer.assert_refused(&["flat.obj", "bound no solid"]);
+    answer.assert_refused(&["flat.obj", "3 open edges"]);
     let answer = folder.run("pile --frames 1 --threads 2 --clock cpu");
     answer.assert_refused(&["--clock cpu needs --threads 1"]);
 }

@@ -1,5 +1,6 @@
 //! Questions about a scene between frames. Which body does a ray hit ([`ray`])? Which does a moving
-//! shape hit, which does a shape meet, and which is the closest to it ([`shape`])?
+//! shape hit, which does a shape meet, and which is the closest to it ([`shape`])? How far may a body
+//! move ([`stride`])?
 //!
 //! Each question is a [`Probe`]: it has a lower bound for all that is in a box, and asks one body
 //! at a time. One walk through the tree of fat AABBs and the trees of the bodies, in the order of
@@ -9,6 +10,7 @@ mod line;
 mod path;
 pub(crate) mod ray;
 pub(crate) mod shape;
+mod stride;
 
 use super::Scene;
 use super::body::{Bodies, Placed};
@@ -30,16 +32,19 @@ use punctual_geom::Aabb;
 use ray::{BodyHit, SceneCast};
 use shape::BodyOverlap;
 
-/// A question about the bodies of a scene.
-trait Probe {
-    /// Least work that is useful to the question about a body.
-    const LEAST_WORK: u64;
-
+/// What matters to a question, and in which order.
+trait Region {
     fn sight(&self) -> &Sight;
 
     /// A nonnegative lower bound for everything in a box, which is that of a body or of several;
     /// `None` if nothing in it matters.
     fn bound(&self, bounds: &Aabb, is_body: bool) -> Option<f64>;
+}
+
+/// A question about the bodies of a scene.
+trait Probe: Region {
+    /// Least work that is useful to the question about a body.
+    const LEAST_WORK: u64;
 
     /// True if nothing with this lower bound matters any more.
     fn is_over(&self, bound: f64) -> bool;
@@ -202,7 +207,7 @@ impl Walk<'_> {
 
     /// Queues the roots, and the bodies that are not in the tree. False if the budget did not
     /// suffice.
-    fn begin(&self, probe: &impl Probe, queue: &mut Queue, deadline: &mut Deadline) -> bool {
+    fn begin(&self, probe: &impl Region, queue: &mut Queue, deadline: &mut Deadline) -> bool {
         let mut queue_body = |index: u32| {
             let is_changed = self.bodies.facts(index).is_changed();
             let work = if is_changed {
@@ -235,7 +240,7 @@ impl Walk<'_> {
     }
 
     /// Replaces a node by its children, or a leaf by its body.
-    fn open(&self, probe: &impl Probe, queue: &mut Queue, node: u32) {
+    fn open(&self, probe: &impl Region, queue: &mut Queue, node: u32) {
         match self.broad.tree().map(|tree| tree.below(node)) {
             Some(Ok(children)) => queue.extend(
                 children
@@ -252,7 +257,7 @@ impl Walk<'_> {
     }
 
     /// Queues a body if it is to be asked about.
-    fn push(&self, probe: &impl Probe, queue: &mut Queue, index: u32, bounds: &Aabb) {
+    fn push(&self, probe: &impl Region, queue: &mut Queue, index: u32, bounds: &Aabb) {
         let Sight { filter, body } = probe.sight();
         let may_meet = |id: BodyId| id.index != index && self.bodies.may_meet([id.index, index]);
         if filter.meets(self.bodies.facts(index).filter) && body.is_none_or(may_meet) {
@@ -261,7 +266,7 @@ impl Walk<'_> {
     }
 }
 
-fn entry(probe: &impl Probe, what: What, bounds: &Aabb) -> Option<Reverse<(u64, What)>> {
+fn entry(probe: &impl Region, what: What, bounds: &Aabb) -> Option<Reverse<(u64, What)>> {
     let bound = probe.bound(bounds, matches!(what, What::Body(_)))?;
     Some(Reverse((bound.to_bits(), what)))
 }

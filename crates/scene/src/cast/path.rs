@@ -1,6 +1,7 @@
 //! Bounds the times at which a moving shape may meet a box, and its distance from a box.
 
 use crate::broad::bounds::{arc_error, thickened};
+use crate::pair::near::gap;
 use arrayvec::ArrayVec;
 use core::f64::consts::PI;
 use glam::DVec3;
@@ -53,9 +54,7 @@ impl Path {
 
     /// A lower bound of the distance from a box at the begin.
     pub fn apart(&self, bounds: &Aabb) -> f64 {
-        let start = self.start();
-        let gap = (start.min - bounds.max).max(bounds.min - start.max);
-        length(gap.max(DVec3::ZERO)) * (1.0 - ROUNDING)
+        length(gap(self.start(), bounds)) * (1.0 - ROUNDING)
     }
 }
 

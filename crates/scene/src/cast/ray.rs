@@ -1,7 +1,7 @@
 //! Rays in a scene: one, or a batch on several threads.
 
 use super::line::Line;
-use super::{Caster, Probe, Sight, Walk};
+use super::{Caster, Probe, Region, Sight, Walk};
 use crate::Scene;
 use crate::body::Placed;
 use crate::error::SceneError;
@@ -142,9 +142,7 @@ struct RayProbe<'c> {
     found: u64,
 }
 
-impl Probe for RayProbe<'_> {
-    const LEAST_WORK: u64 = MAX_STEP_WORK;
-
+impl Region for RayProbe<'_> {
     fn sight(&self) -> &Sight {
         &self.asked.sight
     }
@@ -152,6 +150,10 @@ impl Probe for RayProbe<'_> {
     fn bound(&self, bounds: &Aabb, _: bool) -> Option<f64> {
         self.line.enter(bounds)
     }
+}
+
+impl Probe for RayProbe<'_> {
+    const LEAST_WORK: u64 = MAX_STEP_WORK;
 
     fn is_over(&self, enter: f64) -> bool {
         match self.asked.mode {

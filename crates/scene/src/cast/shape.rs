@@ -1,7 +1,7 @@
 //! Shapes in a scene: what one meets on its way, which bodies it meets, and which is the closest.
 
 use super::path::Path;
-use super::{Probe, Sight, Walked, What};
+use super::{Probe, Region, Sight, Walked, What};
 use crate::Scene;
 use crate::body::Placed;
 use crate::checks;
@@ -293,9 +293,7 @@ impl ShapeProbe<'_> {
     }
 }
 
-impl Probe for ShapeProbe<'_> {
-    const LEAST_WORK: u64 = LEAST_DISTANCE_WORK;
-
+impl Region for ShapeProbe<'_> {
     fn sight(&self) -> &Sight {
         &self.shape.sight
     }
@@ -319,6 +317,10 @@ impl Probe for ShapeProbe<'_> {
             }),
         }
     }
+}
+
+impl Probe for ShapeProbe<'_> {
+    const LEAST_WORK: u64 = LEAST_DISTANCE_WORK;
 
     fn is_over(&self, bound: f64) -> bool {
         !matches!(self.asked, Asked::Meeting(_)) && bound >= self.high

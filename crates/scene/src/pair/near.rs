@@ -88,7 +88,7 @@ impl Bodies {
 }
 
 /// Gap between two boxes along each axis; 0 if they overlap.
-fn gap(x: &Aabb, y: &Aabb) -> DVec3 {
+pub(crate) fn gap(x: &Aabb, y: &Aabb) -> DVec3 {
     (x.min - y.max).max(y.min - x.max).max(DVec3::ZERO)
 }
 

@@ -22,6 +22,7 @@ mod queries;
 mod rays;
 mod refusals;
 mod solids;
+mod stride;
 mod waits;
 mod world;
 
