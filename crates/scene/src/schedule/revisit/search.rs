@@ -7,18 +7,20 @@
 use super::{Decision, Hands, Revisit, is_plain};
 use crate::ask::TurnKind;
 use crate::broad::Broad;
-use crate::cost::{LEAST_WORK, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
+use crate::cost::{LEAST_WORK, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART, WORK_PER_QUERY};
 use crate::id::bodies_of;
 use crate::pair::batch::{Round, RoundKind};
 use crate::pair::frame::Frame;
+use crate::pair::question::Question;
+use crate::pair::spent::Spent;
 use crate::pair::state::Turn;
 use crate::schedule::job::outlook;
 use crate::schedule::pairs::Pairs;
 use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
-use punctual::Verdict;
 use punctual::engine::Deadline;
+use punctual::{Query, Verdict};
 use punctual_geom::nanoseconds;
 
 /// The share of a frame that the pairs have whose turn it is: one part of so many.
@@ -226,6 +228,10 @@ impl Revisit {
             return;
         }
         let threads = frame.threads().min(hands.batches.len());
+        let is_bare = threads == 1 && pairs.at(place).is_bare();
+        if is_bare && !(frame.bodies.has_special && frame.bodies.is_special(pairs.key(place))) {
+            return self.search_bare(place, frame, pairs, hands, deadline);
+        }
         let dealt = Turn {
             index: place as u32,
             next: Some(TurnKind::Meet),
@@ -248,6 +254,41 @@ impl Revisit {
             let before = self.searches.work;
             self.run_searches(frame, pairs, hands);
             deadline.spend((self.searches.work - before) / threads as u64);
+        }
+    }
+
+    /// Searches a pair that met, and reads and writes nothing of it but its entry in the list.
+    fn search_bare(
+        &mut self,
+        place: usize,
+        frame: &Frame,
+        pairs: &mut Pairs,
+        hands: &mut Hands,
+        deadline: &mut Deadline,
+    ) {
+        let (known, number) = (pairs.at_mut(place), frame.number);
+        let key = known.key;
+        let pair = frame.bodies.pair(key);
+        let Some([a, b]) = pair.filter(|_| hands.latest.has_room(LEAST_WORK)) else {
+            return;
+        };
+        let query = Query::intersection(&a.body.tree, &b.body.tree, a.relative(b));
+        let question = Question::Meet(query);
+        let workspace = &mut *hands.scratch;
+        query.begin_task(true, workspace);
+        hands.latest.spend(WORK_PER_QUERY);
+        let answer = question.advance(workspace, None, &mut hands.latest);
+        let mut spent = Spent::of(workspace);
+        known.note_search(&answer, workspace.witness(), spent.work, number);
+        spent.work += WORK_PER_QUERY;
+        self.searches.add(spent);
+        deadline.spend(spent.work);
+        let verdict = answer.verdict;
+        if verdict != Verdict::Undecided {
+            self.found.push(Decision { key, verdict });
+        }
+        if let Verdict::Contained { .. } = verdict {
+            pairs.state(place, frame).finish(verdict, 0, number);
         }
     }
 
@@ -280,12 +321,16 @@ impl Revisit {
     }
 }
 
+/// The bits of a gain that count in a rank.
+const GAIN_BITS: u64 = 0xffc0;
+
 /// The rank of a pair, with its place in the low 32 bits, ascending.
 #[inline(always)]
 fn rank(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
     let (_, rank) = outlook(frame, pairs.at(place), None, TurnKind::Meet, None, true);
-    // Of the importance and of the gain the upper halves tell enough.
-    let halves = rank >> 32 & 0xffff_0000 | rank >> 16 & 0xffff;
+    // Of the importance the upper half tells enough. Gains of one half of an octave count as equal:
+    // then pairs of one body follow one another, and their trees are in the cache.
+    let halves = rank >> 32 & 0xffff_0000 | rank >> 16 & GAIN_BITS;
     halves << 32 | place as u64
 }
 
