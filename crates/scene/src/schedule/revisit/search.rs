@@ -15,6 +15,7 @@ use crate::pair::question::Question;
 use crate::pair::spent::Spent;
 use crate::pair::state::Turn;
 use crate::schedule::job::outlook;
+use crate::schedule::known::Known;
 use crate::schedule::pairs::Pairs;
 use alloc::vec::Vec;
 use core::mem;
@@ -99,7 +100,7 @@ impl Revisit {
         self.run_searches(frame, pairs, hands);
     }
 
-    /// Searches the hot pairs by rank, and then others in turn, as far as the deadline allows.
+    /// Searches the hot pairs by rank, and then the others, as far as the deadline allows.
     pub fn search(
         &mut self,
         frame: &Frame,
@@ -108,60 +109,62 @@ impl Revisit {
         hands: &mut Hands,
         deadline: &mut Deadline,
     ) {
-        let mut ranks = mem::take(&mut self.ranks);
-        ranks.clear();
-        if frame.bodies.changed > 0 {
-            let now = frame.clock.now();
-            let time = hands
-                .end
-                .map_or(Duration::ZERO, |end| end.saturating_sub(now));
-            let end = now.saturating_add(time / RANKING);
-            let mut part = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
-            let (known, start) = (pairs.len(), pairs.place(self.next_cold));
-            for met in [true, false] {
-                for place in (start..known).chain(0..start) {
-                    let known = pairs.at(place);
-                    let is_hot = known.met() == met && (met || known.is_hot());
-                    if is_hot && !known.is_completed(frame.number) {
-                        if !part.has_room(WORK_PER_LISTED_PAIR) {
-                            break;
-                        }
-                        self.heat(place, frame, broad, pairs, &mut ranks, &mut part);
-                    }
+        if frame.bodies.changed == 0 {
+            return;
+        }
+        for groups in [&[Group::Met, Group::Hot][..], &[Group::Cold]] {
+            let mut ranks = mem::take(&mut self.ranks);
+            self.rank(groups, frame, broad, pairs, hands, &mut ranks);
+            for &rank in &ranks {
+                if !self.has_room(hands, deadline) {
+                    self.cutoff = gain(rank);
+                    break;
                 }
+                self.ask(rank as u32 as usize, frame, pairs, hands, deadline);
+            }
+            self.ranks = ranks;
+            // What is dealt is not decided yet, and would be dealt again.
+            self.run_searches(frame, pairs, hands);
+            if !self.has_room(hands, deadline) {
+                return;
+            }
+            self.cutoff /= COOLING;
+        }
+    }
+
+    /// Ranks the pairs of some groups in turn, as far as a part of the time allows.
+    fn rank(
+        &mut self,
+        groups: &[Group],
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        hands: &Hands,
+        ranks: &mut Vec<u64>,
+    ) {
+        ranks.clear();
+        let now = frame.clock.now();
+        let left = hands.end.unwrap_or(now).saturating_sub(now);
+        let end = now.saturating_add(left / RANKING);
+        let mut deadline = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
+        let (known, start) = (pairs.len(), pairs.place(self.next_cold));
+        for group in groups {
+            for place in (start..known).chain(0..start) {
+                let known = pairs.at(place);
+                if Group::of(known) != *group || known.is_completed(frame.number) {
+                    continue;
+                }
+                if !deadline.has_room(WORK_PER_LISTED_PAIR) {
+                    break;
+                }
+                self.next_cold = known.key;
+                self.heat(place, frame, broad, pairs, ranks, &mut deadline);
             }
         }
         ranks.sort_unstable();
-        let mut is_cut = false;
-        for &rank in &ranks {
-            if !self.has_room(hands, deadline) {
-                (self.cutoff, is_cut) = (gain(rank), true);
-                break;
-            }
-            self.ask(rank as u32 as usize, frame, pairs, hands, deadline);
-        }
-        self.ranks = ranks;
-        // What is dealt is not decided yet, and would be dealt again.
-        self.run_searches(frame, pairs, hands);
-        if is_cut || frame.bodies.changed == 0 {
-            return;
-        }
-        self.cutoff /= COOLING;
-        let (known, start) = (pairs.len(), pairs.place(self.next_cold));
-        for place in (start..known).chain(0..start).take(RANKED) {
-            self.next_cold = pairs.key(place);
-            if !self.has_room(hands, deadline) {
-                break;
-            }
-            deadline.spend(WORK_PER_PAIR_APART);
-            if self.is_sought(place, frame, broad, pairs) {
-                self.ask(place, frame, pairs, hands, deadline);
-            }
-        }
-        self.run_searches(frame, pairs, hands);
     }
 
-    /// Ranks a pair, if it is to be searched.
+    /// Ranks a pair, if it is to be searched, and determines whether it is hot.
     #[inline(always)]
     fn heat(
         &mut self,
@@ -178,7 +181,7 @@ impl Revisit {
         self.is_full |= is_sought && ranks.len() == ranks.capacity();
         if is_sought && !self.is_full {
             deadline.spend(WORK_PER_LISTED_PAIR);
-            let rank = rank(place, frame, pairs);
+            let rank = rank_of(place, frame, pairs);
             is_hot |= COOLING * gain(rank) >= self.cutoff;
             ranks.push(rank);
         }
@@ -324,9 +327,27 @@ impl Revisit {
 /// The bits of a gain that count in a rank.
 const GAIN_BITS: u64 = 0xffc0;
 
+/// The pairs that are ranked one after another.
+#[derive(PartialEq)]
+enum Group {
+    Met,
+    Hot,
+    Cold,
+}
+
+impl Group {
+    fn of(known: &Known) -> Self {
+        match known.met() {
+            true => Self::Met,
+            false if known.is_hot() => Self::Hot,
+            false => Self::Cold,
+        }
+    }
+}
+
 /// The rank of a pair, with its place in the low 32 bits, ascending.
 #[inline(always)]
-fn rank(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
+fn rank_of(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
     let (_, rank) = outlook(frame, pairs.at(place), None, TurnKind::Meet, None, true);
     // Of the importance the upper half tells enough. Gains of one half of an octave count as equal:
     // then pairs of one body follow one another, and their trees are in the cache.
