@@ -84,6 +84,11 @@ const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
+/// A frame leaves little open if this is at most one part of so many; and one frame of so many tries
+/// whether it does.
+const FEW_LEFT: usize = 16;
+const PER_TRIAL: u64 = 16;
+
 /// Minimum number of known pairs per part of the list if their jobs are short.
 const PART: usize = 64;
 
@@ -92,6 +97,11 @@ const MOST_OF_GROUPS: u32 = 8;
 
 /// Maximum number of rounds of a frame. The rest is small after two or three.
 const ROUNDS: u64 = 8;
+
+fn leaves_much(report: &Report) -> bool {
+    let left = report.undecided() + report.unplaced + report.unpaired;
+    FEW_LEFT * left > report.pairs.len()
+}
 
 /// The results of the broad phase, and the contact tracking.
 pub(crate) struct Found<'f> {
@@ -116,6 +126,8 @@ pub(crate) struct Schedule {
     speed: Speed,
     /// Time of a list after its deadline.
     closing: Reserved,
+    /// Time of the last frame that left little open; longer if a later one of that time did not.
+    whole: Duration,
     /// Time from the collection of the last job to the end of the frame, without estimates.
     rest: Reserved,
     /// The correction of the estimated probabilities.
@@ -175,8 +187,29 @@ impl Schedule {
         })
     }
 
-    /// Tests the latest witnesses of pairs that met. If only time is limited and the last frame was
-    /// cut, then searches the pairs that these tests leave open. Under a budget of time, returns
+    /// True if the last frame, of this report, left so much open that the next one, of a budget of
+    /// time, searches before its broad phase. A frame without that takes less time to decide all
+    /// pairs. So one is tried now and then, if it would have sufficed the last time.
+    pub fn is_tight(&self, report: &Report, limit: Duration) -> bool {
+        leaves_much(report) && !self.tries(report.frame + 1, limit)
+    }
+
+    fn tries(&self, frame: u64, limit: Duration) -> bool {
+        frame.is_multiple_of(PER_TRIAL) && limit >= self.whole
+    }
+
+    /// Learns from the report of a frame how long one takes that leaves little open, from the time that
+    /// it took and its limit.
+    pub fn learn_whole(&mut self, report: &Report, [elapsed, limit]: [Duration; 2]) {
+        if !leaves_much(report) {
+            self.whole = elapsed;
+        } else if self.tries(report.frame, limit) {
+            self.whole = limit + limit / 8;
+        }
+    }
+
+    /// Tests the latest witnesses of pairs that met. If only time is limited and the last frame left
+    /// much open, then searches the pairs that these tests leave open. Under a budget of time, returns
     /// when this step ended and the time left after it. The time to list the pairs found is
     /// subtracted from the latter.
     pub fn revisit(
@@ -194,8 +227,7 @@ impl Schedule {
         let work = frame.budget.work_limit().map_or(u64::MAX, |work| {
             work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
         });
-        let searches =
-            (frame.cut || self.open > 0) && frame.is_timed() && frame.budget.work_limit().is_none();
+        let searches = frame.is_tight && frame.is_timed() && frame.budget.work_limit().is_none();
         let after =
             |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
         let (end, latest_end) = (after(REVISIT), after(LATEST));
