@@ -38,8 +38,6 @@ impl Scene {
         let (number, mode, asked_since, rest) =
             (self.report.frame, self.mode, self.asked_since, self.rest);
         let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
-        let limit = budget.time_limit().unwrap_or_default();
-        let is_tight = self.schedule.is_tight(&self.report, limit);
         let reach = self.reach;
         let Self {
             pairs,
@@ -58,7 +56,6 @@ impl Scene {
             rest,
             cut,
             moved,
-            is_tight,
             budget,
             times,
             clock,
@@ -83,7 +80,6 @@ impl Scene {
             rest,
             cut,
             moved,
-            is_tight,
             budget,
             times,
             clock,
@@ -102,9 +98,6 @@ impl Scene {
         report.elapsed = ended
             .zip(started)
             .map(|(ended, started)| ended.saturating_sub(started));
-        if let Some(elapsed) = report.elapsed {
-            schedule.learn_whole(report, [elapsed, limit]);
-        }
         self.is_known = report.is_final() && bodies.are_settled() && schedule.open == 0;
         self.rest = if self.is_known { [number; 2] } else { rest };
     }

@@ -29,8 +29,6 @@ pub(crate) struct Frame<'f> {
     /// began.
     pub cut: bool,
     pub moved: bool,
-    /// True if the last frame left many pairs open, so that this one searches before the broad phase.
-    pub is_tight: bool,
     pub budget: Budget,
     /// For a budget of time, its start and length. Otherwise two zeros, because the compiler
     /// computes with them before it is known whether they are needed.

@@ -84,10 +84,10 @@ const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
-/// A frame leaves little open if this is at most one part of so many; and one frame of so many tries
-/// whether it does.
+/// A frame is tight if one part of so many of the pairs that met was left open in the last one, and
+/// then so many frames after it.
 const FEW_LEFT: usize = 16;
-const PER_TRIAL: u64 = 16;
+const LEAST_TIGHT: u64 = 16;
 
 /// Minimum number of known pairs per part of the list if their jobs are short.
 const PART: usize = 64;
@@ -97,11 +97,6 @@ const MOST_OF_GROUPS: u32 = 8;
 
 /// Maximum number of rounds of a frame. The rest is small after two or three.
 const ROUNDS: u64 = 8;
-
-fn leaves_much(report: &Report) -> bool {
-    let left = report.undecided() + report.unplaced + report.unpaired;
-    FEW_LEFT * left > report.pairs.len()
-}
 
 /// The results of the broad phase, and the contact tracking.
 pub(crate) struct Found<'f> {
@@ -126,8 +121,11 @@ pub(crate) struct Schedule {
     speed: Speed,
     /// Time of a list after its deadline.
     closing: Reserved,
-    /// Time of the last frame that left little open; longer if a later one of that time did not.
-    whole: Duration,
+    /// True if the last frame left many pairs open that met before. Then the next one, of a budget of
+    /// time, searches before its broad phase.
+    is_tight: bool,
+    /// The first frame that may be loose again.
+    tight_until: u64,
     /// Time from the collection of the last job to the end of the frame, without estimates.
     rest: Reserved,
     /// The correction of the estimated probabilities.
@@ -187,27 +185,6 @@ impl Schedule {
         })
     }
 
-    /// True if the last frame, of this report, left so much open that the next one, of a budget of
-    /// time, searches before its broad phase. A frame without that takes less time to decide all
-    /// pairs. So one is tried now and then, if it would have sufficed the last time.
-    pub fn is_tight(&self, report: &Report, limit: Duration) -> bool {
-        leaves_much(report) && !self.tries(report.frame + 1, limit)
-    }
-
-    fn tries(&self, frame: u64, limit: Duration) -> bool {
-        frame.is_multiple_of(PER_TRIAL) && limit >= self.whole
-    }
-
-    /// Learns from the report of a frame how long one takes that leaves little open, from the time that
-    /// it took and its limit.
-    pub fn learn_whole(&mut self, report: &Report, [elapsed, limit]: [Duration; 2]) {
-        if !leaves_much(report) {
-            self.whole = elapsed;
-        } else if self.tries(report.frame, limit) {
-            self.whole = limit + limit / 8;
-        }
-    }
-
     /// Tests the latest witnesses of pairs that met. If only time is limited and the last frame left
     /// much open, then searches the pairs that these tests leave open. Under a budget of time, returns
     /// when this step ended and the time left after it. The time to list the pairs found is
@@ -227,7 +204,11 @@ impl Schedule {
         let work = frame.budget.work_limit().map_or(u64::MAX, |work| {
             work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
         });
-        let searches = frame.is_tight && frame.is_timed() && frame.budget.work_limit().is_none();
+        let is_short = (frame.cut || self.open > 0)
+            && frame.is_timed()
+            && frame.budget.work_limit().is_none()
+            && frame.bodies.changed > 0;
+        let searches = is_short && self.is_tight;
         let after =
             |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
         let (end, latest_end) = (after(REVISIT), after(LATEST));
@@ -241,6 +222,10 @@ impl Schedule {
             dealt: 0,
         };
         let tests = self.revisit.begin();
+        if is_short && frame.bodies.has_important {
+            self.revisit
+                .search_important(frame, broad, pairs, &mut hands);
+        }
         if searches {
             self.revisit.take_turns(frame, broad, pairs, &mut hands);
         }
@@ -340,6 +325,13 @@ impl Schedule {
             self.estimate(frame, found.pairs, report)
         });
         self.turns.end_frame(&self.jobs);
+        if self.is_tight {
+            self.is_tight = self.revisit.is_pressed || frame.number < self.tight_until;
+        } else {
+            let left = self.left_of_met(found.pairs, report);
+            self.is_tight = FEW_LEFT * left > self.revisit.found.len() + left;
+            self.tight_until = frame.number + LEAST_TIGHT;
+        }
         let telling = self.tell_groups(frame, found, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
@@ -350,6 +342,17 @@ impl Schedule {
             self.rest.learn(took, most);
         }
         lap
+    }
+
+    /// Number of pairs that met before and are left open, those not listed by the share of the others.
+    fn left_of_met(&self, pairs: &Pairs, report: &Report) -> usize {
+        let unlisted = report.unlisted * self.revisit.found.len() / report.pairs.len().max(1);
+        let is_open = |job: &&Job| {
+            report.pairs[job.listed as usize].verdict == Verdict::Undecided
+                && pairs.at(job.place as usize).met()
+        };
+        let jobs = if self.open > 0 { &self.jobs[..] } else { &[] };
+        unlisted + jobs.iter().filter(is_open).count()
     }
 
     /// Updates the calibration from the decided pairs, in their order, which does not depend on the

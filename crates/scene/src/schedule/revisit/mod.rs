@@ -72,6 +72,8 @@ pub(crate) struct Revisit {
     searches: Spent,
     /// True if there is no room for more pairs.
     pub is_full: bool,
+    /// True if the searches of hot pairs took most of the frame.
+    pub is_pressed: bool,
     /// Where the next frame continues its tests; its searches of pairs that are not hot; and its turns.
     next: PairKey,
     next_cold: PairKey,

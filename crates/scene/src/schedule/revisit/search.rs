@@ -40,7 +40,7 @@ const COOLING: f32 = 4.0;
 const SEARCHES: usize = 4;
 
 impl Revisit {
-    /// Searches the important pairs, and then those whose turn it is.
+    /// Searches the pairs whose turn it is.
     pub fn take_turns(
         &mut self,
         frame: &Frame,
@@ -48,12 +48,6 @@ impl Revisit {
         pairs: &mut Pairs,
         hands: &mut Hands,
     ) {
-        if frame.bodies.changed == 0 {
-            return;
-        }
-        if frame.bodies.has_important {
-            self.search_important(frame, broad, pairs, hands);
-        }
         let [_, limit] = frame.times;
         let share = nanoseconds(limit) / TURNS;
         self.credit = (self.credit + share).min(2.0 * share);
@@ -78,7 +72,8 @@ impl Revisit {
         self.credit -= nanoseconds(frame.clock.now().saturating_sub(began));
     }
 
-    fn search_important(
+    /// Searches the important pairs.
+    pub fn search_important(
         &mut self,
         frame: &Frame,
         broad: &Broad,
@@ -109,9 +104,7 @@ impl Revisit {
         hands: &mut Hands,
         deadline: &mut Deadline,
     ) {
-        if frame.bodies.changed == 0 {
-            return;
-        }
+        self.is_pressed = true;
         for groups in [&[Group::Met, Group::Hot][..], &[Group::Cold]] {
             let mut ranks = mem::take(&mut self.ranks);
             self.rank(groups, frame, broad, pairs, hands, &mut ranks);
@@ -128,6 +121,8 @@ impl Revisit {
             if !self.has_room(hands, deadline) {
                 return;
             }
+            let [began, limit] = frame.times;
+            self.is_pressed &= frame.clock.now() > began.saturating_add(limit / 2);
             self.cutoff /= COOLING;
         }
     }
