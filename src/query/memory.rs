@@ -212,14 +212,16 @@ impl PairMemory {
         self.nearest
     }
 
-    /// Stores a triangle pair (tree order) that a separate test found to intersect, as the latest
-    /// witness.
+    /// Records that the surfaces were found to intersect without this memory, with the latest witness
+    /// (tree order), or not to.
     #[doc(hidden)]
-    #[inline]
-    pub fn found(&mut self, pair: [u32; 2]) {
-        self.witnesses.retain(|witness| *witness != pair);
-        self.witnesses.truncate(WITNESSES - 1);
-        self.witnesses.insert(0, pair);
+    pub fn decide(&mut self, witness: Option<[u32; 2]>) {
+        (self.last_verdict, self.frames_undecided) = (Some(witness.is_some()), 0);
+        if let Some(pair) = witness {
+            self.witnesses.retain(|witness| *witness != pair);
+            self.witnesses.truncate(WITNESSES - 1);
+            self.witnesses.insert(0, pair);
+        }
     }
 
     /// Binds the memory to this pair, and forgets what it stored of another.

@@ -374,6 +374,13 @@ impl Workspace {
         self.run.verdict(stop)
     }
 
+    /// A pair of triangles (tree order) that the last intersection query found to meet.
+    #[doc(hidden)]
+    #[inline]
+    pub fn witness(&self) -> Option<[u32; 2]> {
+        self.sample.pairs().first().copied()
+    }
+
     /// Work of the last query.
     #[doc(hidden)]
     #[inline]

@@ -44,7 +44,7 @@ const SLACK: f64 = 0.05;
 /// merging that many), and at least as many as there is room for.
 const GENERATION: usize = 64;
 const GENERATION_PART: usize = 64;
-const WORK_PER_NEWCOMER: u64 = 1_000;
+const WORK_PER_NEWCOMER: u64 = 350;
 
 /// Bodies per step.
 const STEP: usize = 16;

@@ -9,7 +9,6 @@
 use super::batch::{Desk, Ended, RoundKind};
 use super::bounds::Proof;
 use super::question::Question;
-use super::spent::Spent;
 use super::state::Turn;
 use super::travel::slack;
 use crate::body::{Bodies, Placed, margins};
@@ -133,7 +132,7 @@ impl Turn {
             self.state.note_apart(until(bodies, key, pair, low, frame));
         }
         self.state.search = WORK_PER_ROOT_TEST as u32;
-        self.end_apart(frame);
+        self.state.finish(Verdict::Separated, 0, frame);
         true
     }
 
@@ -157,14 +156,8 @@ impl Turn {
         self.state.in_vain = 0;
         let until = until(desk.bodies, self.key(), pair, low, frame);
         self.state.note_apart(until);
-        self.end_apart(frame);
+        self.state.finish(Verdict::Separated, 0, frame);
         true
-    }
-
-    /// Ends the turn of a pair of separated bodies.
-    fn end_apart(&mut self, frame: u64) {
-        (self.state.completed, self.state.pending) = (frame, Spent::default());
-        self.state.decide(Verdict::Separated, 0, frame);
     }
 
     /// True if a proof of some distance should be tried; not if there is a stopped run to resume.
@@ -219,8 +212,7 @@ impl Turn {
                 return None;
             }
         };
-        (self.state.completed, self.state.pending) = (frame, Spent::default());
-        self.state.decide(answer.verdict, answer.found, frame);
+        self.state.finish(answer.verdict, answer.found, frame);
         Some(Ended::Complete)
     }
 }

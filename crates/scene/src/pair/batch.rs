@@ -308,7 +308,7 @@ impl Turn {
         loop {
             deadline.spend(WORK_PER_QUERY);
             self.spent.work += WORK_PER_QUERY;
-            let answer = question.advance(workspace, &mut self.state.memory, deadline);
+            let answer = question.advance(workspace, Some(&mut self.state.memory), deadline);
             let spent = Spent::of(workspace);
             self.spent.add(spent.since(before));
             before = spent;
@@ -338,13 +338,14 @@ mod tests {
     fn a_turn_begins_with_what_the_list_has_found_out() {
         let (clock, bodies) = (ManualClock::new(), Bodies::default());
         let apart = PairState {
+            verdict: Verdict::Separated,
             completed: 7,
             apart: 1.0,
-            ..PairState::new(0, 0.0)
+            ..PairState::new(0)
         };
         let mut known = Known::new(1);
         known.note(&apart, 7);
-        let mut turn = Turn::new(known, Box::new(PairState::new(0, 0.0)));
+        let mut turn = Turn::new(known, Box::new(PairState::new(0)));
         let round = Round {
             kind: RoundKind::Search,
             ..Round::to_the_end(9, Mode::Any, None)

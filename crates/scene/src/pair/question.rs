@@ -214,7 +214,7 @@ impl<'t> Question<'t> {
         memory: &mut PairMemory,
         deadline: &mut Deadline,
     ) -> Answer {
-        self.advance(workspace, memory, deadline)
+        self.advance(workspace, Some(memory), deadline)
     }
 
     /// Continues the run in a workspace until it is over or the deadline stops it.
@@ -222,16 +222,16 @@ impl<'t> Question<'t> {
     pub fn advance(
         &self,
         workspace: &mut Workspace,
-        memory: &mut PairMemory,
+        memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> Answer {
         match self {
             Self::Meet(query) => {
                 let (stop, verdict) = if query.may_contain() {
-                    let answer = query.spend(workspace, Some(memory), deadline);
+                    let answer = query.spend(workspace, memory, deadline);
                     (answer.stop, answer.value)
                 } else {
-                    let stop = query.search(workspace, Some(memory), deadline);
+                    let stop = query.search(workspace, memory, deadline);
                     (stop, workspace.verdict(stop))
                 };
                 Answer {
@@ -247,7 +247,7 @@ impl<'t> Question<'t> {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
                 let Answered {
                     value: found, stop, ..
-                } = query.spend(workspace, Some(memory), deadline);
+                } = query.spend(workspace, memory, deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let triangles = found.nearest.map(|nearest| nearest.triangles);
                 let below = if stop.is_final() {
@@ -275,7 +275,7 @@ impl<'t> Question<'t> {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
                 let Answered {
                     value: found, stop, ..
-                } = query.spend(workspace, Some(memory), deadline);
+                } = query.spend(workspace, memory, deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let proof = Proof::Impact(Times::new(&found, stop.is_final()));
                 let mut answer = Answer::bounded(stop, proof, query.witness_distance(workspace));

@@ -6,8 +6,8 @@ use crate::id::PairKey;
 use arrayvec::ArrayVec;
 use core::mem;
 use glam::DVec3;
+use punctual::Tree;
 use punctual::engine::flushing_matters;
-use punctual::{PairMemory, Tree};
 use punctual_geom::lanes::Instructions;
 use punctual_geom::triangle::batch::Verdicts;
 use punctual_geom::triangle::distance::closest_or_meeting;
@@ -18,12 +18,13 @@ use punctual_geom::{Pose, bits};
 /// Pairs tested at once.
 const LANES: usize = 8;
 
-/// A pair that met, and the triangles (ids) that met last.
+/// A pair that met, and the triangles that met last (tree order, and ids).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Waiting {
     /// Its index in the list of known pairs.
     pub place: usize,
     pub witness: [u32; 2],
+    pub ids: [u32; 2],
 }
 
 /// The corners of two triangles (tree order), in A's frame.
@@ -77,8 +78,11 @@ impl<'b> Retest<'b> {
         {
             columns.set(lane, corners);
         }
-        let witness = ids;
-        self.waiting.push(Waiting { place, witness });
+        self.waiting.push(Waiting {
+            place,
+            witness,
+            ids,
+        });
         true
     }
 
@@ -108,11 +112,10 @@ pub(crate) fn within(pair: [&Placed; 2], witness: [u32; 2]) -> Option<([u32; 2],
 
 /// Tests the neighbors of the latest witness, because surfaces usually still meet nearby, unless
 /// they move far in a frame: one of its triangles with the neighbor of the other
-/// across an edge. Returns the ids of two that meet, and stores them in the memory.
-pub(crate) fn beside(pair: [&Placed; 2], memory: &mut PairMemory) -> Option<[u32; 2]> {
+/// across an edge. Returns two that meet, in tree order.
+pub(crate) fn beside(pair: [&Placed; 2], latest: [u32; 2]) -> Option<[u32; 2]> {
     let trees = pair.map(|placed| &*placed.body.tree);
     let b_in_a = &pair[0].relative(pair[1]);
-    let latest = memory.witness(0)?;
     triangle_ids(pair, latest).filter(|_| !flushing_matters(trees[0], trees[1], b_in_a))?;
     let mut columns = [Columns::ZERO, Columns::ZERO];
     for (columns, corners) in columns.iter_mut().zip(&corners(trees, latest, b_in_a)) {
@@ -140,9 +143,7 @@ pub(crate) fn beside(pair: [&Placed; 2], memory: &mut PairMemory) -> Option<[u32
         }
     }
     let hits = meeting(Instructions::detect(), &columns, next.len());
-    let found = *next.get(hits.trailing_zeros() as usize)?;
-    memory.found(found);
-    triangle_ids(pair, found)
+    next.get(hits.trailing_zeros() as usize).copied()
 }
 
 /// Mask of the first `count` pairs of triangles that meet.

@@ -19,14 +19,8 @@ use punctual::{PairMemory, Verdict};
 /// Maximum number of estimates of a pair that are kept until it is decided.
 const TOLD: usize = 8;
 
-/// Number of tests over which the steadiness of a pair is averaged.
-const TESTS_OF_STEADINESS: f32 = 4.0;
-
 /// A witness that exists in no pair of trees.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
-
-/// After this many tests, earlier ones no longer matter.
-const MOST_TESTS: u64 = 64;
 
 /// The reported results of a pair, besides verdicts.
 #[derive(Clone, Debug)]
@@ -142,11 +136,6 @@ pub(crate) struct PairState {
     pub completed: u64,
     /// The last frame that decided it; before that, the frame before its boxes overlapped.
     pub decided: u64,
-    /// The last frame, low bits, in which its latest witnesses were tested and did not meet.
-    pub refuted: u32,
-    /// Share of the tests of its latest witnesses in which they still met; exponentially weighted
-    /// mean.
-    pub steadiness: f32,
     /// Work of the last run that no remembered witness cut short; a lower bound while that run is
     /// unfinished.
     pub search: u32,
@@ -170,16 +159,14 @@ pub(crate) struct PairState {
 
 impl PairState {
     /// The state of a pair of which nothing is known. `before` is the frame before its boxes
-    /// overlapped, `steadiness` that of other pairs.
-    pub fn new(before: u64, steadiness: f32) -> Self {
+    /// overlapped.
+    pub fn new(before: u64) -> Self {
         Self {
             memory: PairMemory::without_clearance(),
             verdict: Verdict::Undecided,
             found: 0,
             completed: 0,
             decided: before,
-            refuted: 0,
-            steadiness,
             search: 0,
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
@@ -190,13 +177,6 @@ impl PairState {
             without_planes: 0,
             touch: None,
         }
-    }
-
-    /// True if, in `frame`, its latest witnesses did not meet when last tested, and no others are
-    /// known.
-    #[inline]
-    pub fn is_lost(&self, frame: u64) -> bool {
-        u64::from((frame as u32).wrapping_sub(self.refuted)) < frame - self.decided
     }
 
     /// Expected work of a search, or of the rest of an unfinished one; 0 if there was none yet.
@@ -232,22 +212,10 @@ impl PairState {
         (self.apart, self.proves_from) = (until.max(0.0), 0);
     }
 
-    /// Records that the bodies stayed separated until `frame`, because they had not moved far.
-    pub fn stayed_apart(&mut self, frame: u64) {
-        (self.completed, self.decided) = (self.completed.max(frame), self.decided.max(frame));
-    }
-
-    /// Records that the triangles still met until `frame`, as tests found in the frames since the
-    /// pair was decided.
-    #[cold]
-    pub fn went_on_meeting(&mut self, witness: Option<[u32; 2]>, frame: u64) {
-        let met = witness.map(|witness| Verdict::Intersecting { witness });
-        for _ in self.decided.max(frame.saturating_sub(MOST_TESTS)) + 1..frame {
-            self.learn_steadiness(1.0);
-        }
-        if met.is_some() {
-            self.note_test(met, frame);
-        }
+    /// Records a verdict that finished the pair in `frame`.
+    pub fn finish(&mut self, verdict: Verdict, found: u64, frame: u64) {
+        (self.completed, self.pending) = (frame, Spent::default());
+        self.decide(verdict, found, frame);
     }
 
     /// The result of the pair in `frame`: [`Turn::end`].
@@ -337,22 +305,6 @@ impl PairState {
             let met = self.verdict != Verdict::Separated;
             told.drain(..).for_each(|told| calibration.learn(told, met));
         }
-    }
-
-    /// Records a test of its latest witnesses in `frame`: the verdict of the one that still meets, if
-    /// any.
-    pub fn note_test(&mut self, met: Option<Verdict>, frame: u64) {
-        self.learn_steadiness(if met.is_some() { 1.0 } else { 0.0 });
-        let Some(verdict) = met else {
-            self.refuted = frame as u32;
-            return;
-        };
-        (self.completed, self.pending) = (frame, Spent::default());
-        self.decide(verdict, 1, frame);
-    }
-
-    fn learn_steadiness(&mut self, held: f32) {
-        self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
     }
 
     /// Records what was proven in `frame`.

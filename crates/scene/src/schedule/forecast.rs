@@ -133,15 +133,19 @@ mod tests {
         ];
         let mut cases = 0;
         for verdict in verdicts {
-            for (number, search, refuted) in [(1, 0, 0), (9, 85, 9), (1 << 40, u32::MAX, 0)] {
+            for (number, search, is_lost) in
+                [(1, 0, false), (9, 85, true), (1 << 40, u32::MAX, false)]
+            {
                 let state = PairState {
                     verdict,
                     search,
-                    refuted,
-                    ..PairState::new(0, 0.0)
+                    ..PairState::new(0)
                 };
                 let mut known = Known::new(1);
                 known.note(&state, number);
+                if is_lost {
+                    known.lose();
+                }
                 let mut before = 0.0;
                 for part in [0.0, f32::MIN_POSITIVE, 1e-3, 0.1, 0.5, 1.0] {
                     let forecast = Forecast::new(&known, number as f32, [1.0, 200.0], part);

@@ -4,12 +4,18 @@
 use crate::body::{Bodies, triangle_ids};
 use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::id::PairKey;
+use crate::pair::question::Answer;
+use crate::pair::spent::capped;
 use crate::pair::state::{NO_TRIANGLES, PairState};
 use core::num::NonZeroU32;
 use punctual::Verdict;
+use punctual::prediction::MAX_STEP_WORK;
 
 /// A test of a witness must be expected to save so many times its cost.
 const MARGIN_OF_TESTS: f32 = 1.2;
+
+/// Number of tests over which the steadiness of a pair is averaged.
+const TESTS_OF_STEADINESS: i16 = 4;
 
 /// The index of a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +46,8 @@ pub(crate) struct Known {
     since: u32,
     /// Expected work of a search; 0 if there was none yet.
     pub cost: u32,
-    /// [`PairState::steadiness`] in parts of 255.
+    /// Share of the tests of its latest witnesses in which they still met, in parts of 255;
+    /// exponentially weighted mean.
     steadiness: u8,
     /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`].
     flags: u8,
@@ -101,8 +108,13 @@ impl Known {
 
     /// Stores the summary of a state that was updated in `frame`.
     pub fn note(&mut self, state: &PairState, frame: u64) {
-        (self.cost, self.steadiness) = (state.cost(), (state.steadiness * 255.0) as u8);
-        self.flags = OVERLAPS | self.flags & HOT | if state.has_told() { TOLD } else { 0 };
+        let kept = if state.decided == frame {
+            HOT
+        } else {
+            HOT | LOST
+        };
+        let told = if state.has_told() { TOLD } else { 0 };
+        (self.cost, self.flags) = (state.cost(), OVERLAPS | self.flags & kept | told);
         if state.met() || state.completed > 0 {
             self.since = state.completed as u32;
         }
@@ -111,7 +123,7 @@ impl Known {
         }
         if state.met() {
             let [x, y] = state.witness().unwrap_or(NO_TRIANGLES);
-            self.flags |= MET | if state.is_lost(frame) { LOST } else { 0 };
+            self.flags |= MET;
             self.proof = u64::from(x) << 32 | u64::from(y);
         } else {
             self.proof = state.apart.to_bits();
@@ -128,15 +140,21 @@ impl Known {
     #[inline]
     pub fn tell(&self, state: &mut PairState, bodies: &Bodies, frame: u64) {
         let since = self.since(frame);
-        if !self.met() {
-            if self.apart() > 0.0 {
-                state.stayed_apart(since);
-            }
-        } else if since > state.decided {
-            let pair = bodies.pair(self.key);
-            let ids = pair.and_then(|pair| triangle_ids(pair, self.witness()));
-            state.went_on_meeting(ids, since);
+        if since <= state.decided || !self.is_decided() {
+            return;
         }
+        let pair = bodies.pair(self.key).filter(|_| self.met());
+        let ids = pair.and_then(|pair| triangle_ids(pair, self.witness()));
+        let (verdict, found) = match ids {
+            Some(witness) => (Verdict::Intersecting { witness }, 1),
+            None if self.met() => return,
+            None => (Verdict::Separated, 0),
+        };
+        if self.met() || self.apart() == 0.0 {
+            state.search = self.cost;
+        }
+        state.memory.decide(ids.map(|_| self.witness()));
+        state.finish(verdict, found, since);
     }
 
     /// For a pair that did not meet: the bodies are separated until the sum of their displacements
@@ -150,10 +168,52 @@ impl Known {
         [(self.proof >> 32) as u32, self.proof as u32]
     }
 
-    /// Records that the triangles that met last also meet in `frame`.
-    pub fn hold(&mut self, frame: u64) {
+    /// Records that these triangles (tree order) meet in `frame`: those that met last, or their
+    /// neighbors.
+    pub fn hold(&mut self, witness: [u32; 2], frame: u64) {
+        self.learn_steadiness(u8::MAX);
+        self.meet(witness, frame);
+    }
+
+    /// Records that the triangles that met last no longer do.
+    pub fn lose(&mut self) {
+        self.learn_steadiness(0);
+        self.flags |= LOST;
+    }
+
+    fn learn_steadiness(&mut self, test: u8) {
+        let difference = i16::from(test) - i16::from(self.steadiness);
+        let step = difference / TESTS_OF_STEADINESS + difference.signum();
+        self.steadiness = (i16::from(self.steadiness) + step).clamp(0, 255) as u8;
+    }
+
+    /// Records that these triangles (tree order) meet in `frame`.
+    fn meet(&mut self, [x, y]: [u32; 2], frame: u64) {
         self.flags = self.flags & HOT | OVERLAPS | DECIDED | MET;
+        self.proof = u64::from(x) << 32 | u64::from(y);
         self.since = frame as u32;
+    }
+
+    /// Records a search in `frame` that needed no state, and the triangles (tree order) that meet.
+    pub fn note_search(
+        &mut self,
+        answer: &Answer,
+        witness: Option<[u32; 2]>,
+        work: u64,
+        frame: u64,
+    ) {
+        if !answer.stop.is_final() {
+            self.cost = self.cost.max(capped(2 * work));
+            return;
+        }
+        self.cost = capped(work.max(MAX_STEP_WORK));
+        match answer.verdict {
+            Verdict::Separated => {
+                (self.proof, self.since) = (0, frame as u32);
+                self.flags = self.flags & HOT | OVERLAPS | DECIDED;
+            }
+            _ => self.meet(witness.unwrap_or(NO_TRIANGLES), frame),
+        }
     }
 
     /// How far the bodies may move before they may meet; negative if they have moved farther since
@@ -215,6 +275,11 @@ impl Known {
 
     pub fn set_hot(&mut self, is_hot: bool) {
         self.flags = self.flags & !HOT | if is_hot { HOT } else { 0 };
+    }
+
+    /// True if its search needs no state: it met, and no estimates of it were reported.
+    pub fn is_bare(&self) -> bool {
+        self.met() && !self.is(TOLD)
     }
 
     /// True if its witnesses were lost since then.

@@ -84,6 +84,11 @@ const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
+/// A frame is tight if one part of so many of the pairs that met was left open in the last one, and
+/// then so many frames after it.
+const FEW_LEFT: usize = 16;
+const LEAST_TIGHT: u64 = 16;
+
 /// Minimum number of known pairs per part of the list if their jobs are short.
 const PART: usize = 64;
 
@@ -116,6 +121,11 @@ pub(crate) struct Schedule {
     speed: Speed,
     /// Time of a list after its deadline.
     closing: Reserved,
+    /// True if the last frame left many pairs open that met before. Then the next one, of a budget of
+    /// time, searches before its broad phase.
+    is_tight: bool,
+    /// The first frame that may be loose again.
+    tight_until: u64,
     /// Time from the collection of the last job to the end of the frame, without estimates.
     rest: Reserved,
     /// The correction of the estimated probabilities.
@@ -175,8 +185,8 @@ impl Schedule {
         })
     }
 
-    /// Tests the latest witnesses of pairs that met. If only time is limited and the last frame was
-    /// cut, then searches the pairs that these tests leave open. Under a budget of time, returns
+    /// Tests the latest witnesses of pairs that met. If only time is limited and the last frame left
+    /// much open, then searches the pairs that these tests leave open. Under a budget of time, returns
     /// when this step ended and the time left after it. The time to list the pairs found is
     /// subtracted from the latter.
     pub fn revisit(
@@ -194,8 +204,11 @@ impl Schedule {
         let work = frame.budget.work_limit().map_or(u64::MAX, |work| {
             work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
         });
-        let searches =
-            (frame.cut || self.open > 0) && frame.is_timed() && frame.budget.work_limit().is_none();
+        let is_short = (frame.cut || self.open > 0)
+            && frame.is_timed()
+            && frame.budget.work_limit().is_none()
+            && frame.bodies.changed > 0;
+        let searches = is_short && self.is_tight;
         let after =
             |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
         let (end, latest_end) = (after(REVISIT), after(LATEST));
@@ -209,6 +222,10 @@ impl Schedule {
             dealt: 0,
         };
         let tests = self.revisit.begin();
+        if is_short && frame.bodies.has_important {
+            self.revisit
+                .search_important(frame, broad, pairs, &mut hands);
+        }
         if searches {
             self.revisit.take_turns(frame, broad, pairs, &mut hands);
         }
@@ -308,6 +325,13 @@ impl Schedule {
             self.estimate(frame, found.pairs, report)
         });
         self.turns.end_frame(&self.jobs);
+        if self.is_tight {
+            self.is_tight = self.revisit.is_pressed || frame.number < self.tight_until;
+        } else {
+            let left = self.left_of_met(found.pairs, report);
+            self.is_tight = FEW_LEFT * left > self.revisit.found.len() + left;
+            self.tight_until = frame.number + LEAST_TIGHT;
+        }
         let telling = self.tell_groups(frame, found, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
@@ -318,6 +342,17 @@ impl Schedule {
             self.rest.learn(took, most);
         }
         lap
+    }
+
+    /// Number of pairs that met before and are left open, those not listed by the share of the others.
+    fn left_of_met(&self, pairs: &Pairs, report: &Report) -> usize {
+        let unlisted = report.unlisted * self.revisit.found.len() / report.pairs.len().max(1);
+        let is_open = |job: &&Job| {
+            report.pairs[job.listed as usize].verdict == Verdict::Undecided
+                && pairs.at(job.place as usize).met()
+        };
+        let jobs = if self.open > 0 { &self.jobs[..] } else { &[] };
+        unlisted + jobs.iter().filter(is_open).count()
     }
 
     /// Updates the calibration from the decided pairs, in their order, which does not depend on the

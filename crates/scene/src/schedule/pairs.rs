@@ -72,7 +72,7 @@ impl Default for Pairs {
             made: 0,
             free: Vec::new(),
             touches: Touches::default(),
-            new: PairState::new(0, 0.0),
+            new: PairState::new(0),
             room: [Room::default(); 2],
             most: MOST_PAIRS,
             holds: 0.5,
@@ -177,7 +177,7 @@ impl Pairs {
             known.tell(state, frame.bodies, frame.number);
             return state;
         }
-        self.new = PairState::new(known.since(frame.number), self.holds);
+        self.new = PairState::new(known.since(frame.number));
         &mut self.new
     }
 
@@ -209,10 +209,9 @@ impl Pairs {
             self.states.push(None);
             Slot::new(self.states.len() - 1)
         });
-        let holds = self.holds;
         let known = self.at_mut(place);
         known.slot = Some(slot);
-        let new = PairState::new(known.since(frame), holds);
+        let new = PairState::new(known.since(frame));
         match self.states[slot.place()].take() {
             Some(mut state) => {
                 *state = new;
@@ -346,7 +345,7 @@ impl Pairs {
             self.made += 1;
             if self.states.len() < self.made {
                 self.free.push(Slot::new(self.states.len()));
-                self.states.push(Some(Box::new(PairState::new(0, 0.0))));
+                self.states.push(Some(Box::new(PairState::new(0))));
             }
         }
     }

@@ -251,7 +251,7 @@ mod tests {
                 let mut known = Known::new(1);
                 let state = PairState {
                     completed: 7,
-                    ..PairState::new(0, 0.0)
+                    ..PairState::new(0)
                 };
                 known.note(&state, 7);
                 let mut batch = Batch::new();

@@ -9,6 +9,7 @@ mod search;
 
 use super::known::Known;
 use super::pairs::{Pairs, learn};
+use crate::body::triangle_ids;
 use crate::broad::Broad;
 use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::id::{PairKey, bodies_of};
@@ -71,6 +72,8 @@ pub(crate) struct Revisit {
     searches: Spent,
     /// True if there is no room for more pairs.
     pub is_full: bool,
+    /// True if the searches of hot pairs took most of the frame.
+    pub is_pressed: bool,
     /// Where the next frame continues its tests; its searches of pairs that are not hot; and its turns.
     next: PairKey,
     next_cold: PairKey,
@@ -195,12 +198,15 @@ impl Revisit {
         pairs: &mut Pairs,
         deadline: &mut Deadline,
     ) {
-        for (Waiting { place, witness }, meets) in retest.test() {
+        for (tested, meets) in retest.test() {
+            let Waiting {
+                place,
+                witness,
+                ids,
+            } = tested;
             learn(&mut pairs.holds, meets);
             if meets {
-                pairs.at_mut(place).hold(frame.number);
-                let (key, verdict) = (pairs.key(place), Verdict::Intersecting { witness });
-                self.found.push(Decision { key, verdict });
+                self.hold(place, witness, ids, frame, pairs);
             } else {
                 self.lose(place, frame, pairs, deadline);
             }
@@ -210,53 +216,55 @@ impl Revisit {
     /// Tests the witness of a pair of bodies with margins.
     #[cold]
     fn test_margins(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs) {
-        let (key, witness) = (pairs.key(place), pairs.at(place).witness());
+        let (key, latest) = (pairs.key(place), pairs.at(place).witness());
         let pair = frame.bodies.pair(key);
         let met = pair
-            .and_then(|pair| within(pair, witness))
+            .and_then(|pair| within(pair, latest))
             .map(|(witness, distance)| Verdict::of_witness(witness, distance));
         learn(&mut pairs.holds, met.is_some());
-        pairs.state(place, frame).note_test(met, frame.number);
-        pairs.note(place, frame.number);
-        self.found
-            .extend(met.map(|verdict| Decision { key, verdict }));
+        let Some(verdict) = met else {
+            return pairs.at_mut(place).lose();
+        };
+        pairs.at_mut(place).hold(latest, frame.number);
+        pairs.state(place, frame).finish(verdict, 1, frame.number);
+        self.found.push(Decision { key, verdict });
     }
 
-    /// A witness no longer meets: its neighbors may.
-    fn lose(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
-        if let Some(witness) = self.test_beside(place, frame, pairs, deadline) {
-            let (key, verdict) = (pairs.key(place), Verdict::Intersecting { witness });
-            self.found.push(Decision { key, verdict });
-        }
-    }
-
-    /// Tests the neighbors of a lost witness, if they are expected to meet.
-    fn test_beside(
+    /// Records that two triangles of a pair, `witness` in tree order, meet.
+    fn hold(
         &mut self,
         place: usize,
+        witness: [u32; 2],
+        ids: [u32; 2],
         frame: &Frame,
         pairs: &mut Pairs,
-        deadline: &mut Deadline,
-    ) -> Option<[u32; 2]> {
-        let key = pairs.key(place);
-        let pair = frame.bodies.pair(key)?;
-        // Tested sometimes even if not expected to meet, because the expectation may be outdated.
+    ) {
+        let known = pairs.at_mut(place);
+        known.hold(witness, frame.number);
+        let (key, verdict) = (known.key, Verdict::Intersecting { witness: ids });
+        self.found.push(Decision { key, verdict });
+    }
+
+    /// A witness no longer meets: its neighbors may. They are tested if they are expected to, and
+    /// sometimes even if not, because the expectation may be outdated.
+    fn lose(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
+        let (key, witness) = (pairs.key(place), pairs.at(place).witness());
         let is_due =
             pairs.nearby >= LEAST_NEARBY || (frame.number ^ key).is_multiple_of(PER_NEARBY);
-        let mut nearby = pairs.nearby;
-        let state = pairs.state(place, frame);
         let mut met = None;
-        if is_due && deadline.has_room(WORK_PER_NEIGHBORS) {
+        if let Some(pair) = frame.bodies.pair(key)
+            && is_due
+            && deadline.has_room(WORK_PER_NEIGHBORS)
+        {
             deadline.spend(WORK_PER_NEIGHBORS);
             self.searches.work += WORK_PER_NEIGHBORS;
-            met = beside(pair, &mut state.memory);
-            learn(&mut nearby, met.is_some());
+            met = beside(pair, witness).and_then(|found| Some((found, triangle_ids(pair, found)?)));
+            learn(&mut pairs.nearby, met.is_some());
         }
-        let verdict = met.map(|witness| Verdict::Intersecting { witness });
-        state.note_test(verdict, frame.number);
-        pairs.nearby = nearby;
-        pairs.note(place, frame.number);
-        met
+        match met {
+            Some((witness, ids)) => self.hold(place, witness, ids, frame, pairs),
+            None => pairs.at_mut(place).lose(),
+        }
     }
 }
 

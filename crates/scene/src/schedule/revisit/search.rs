@@ -7,18 +7,21 @@
 use super::{Decision, Hands, Revisit, is_plain};
 use crate::ask::TurnKind;
 use crate::broad::Broad;
-use crate::cost::{LEAST_WORK, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
+use crate::cost::{LEAST_WORK, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART, WORK_PER_QUERY};
 use crate::id::bodies_of;
 use crate::pair::batch::{Round, RoundKind};
 use crate::pair::frame::Frame;
+use crate::pair::question::Question;
+use crate::pair::spent::Spent;
 use crate::pair::state::Turn;
 use crate::schedule::job::outlook;
+use crate::schedule::known::Known;
 use crate::schedule::pairs::Pairs;
 use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
-use punctual::Verdict;
 use punctual::engine::Deadline;
+use punctual::{Query, Verdict};
 use punctual_geom::nanoseconds;
 
 /// The share of a frame that the pairs have whose turn it is: one part of so many.
@@ -37,7 +40,7 @@ const COOLING: f32 = 4.0;
 const SEARCHES: usize = 4;
 
 impl Revisit {
-    /// Searches the important pairs, and then those whose turn it is.
+    /// Searches the pairs whose turn it is.
     pub fn take_turns(
         &mut self,
         frame: &Frame,
@@ -45,12 +48,6 @@ impl Revisit {
         pairs: &mut Pairs,
         hands: &mut Hands,
     ) {
-        if frame.bodies.changed == 0 {
-            return;
-        }
-        if frame.bodies.has_important {
-            self.search_important(frame, broad, pairs, hands);
-        }
         let [_, limit] = frame.times;
         let share = nanoseconds(limit) / TURNS;
         self.credit = (self.credit + share).min(2.0 * share);
@@ -75,7 +72,8 @@ impl Revisit {
         self.credit -= nanoseconds(frame.clock.now().saturating_sub(began));
     }
 
-    fn search_important(
+    /// Searches the important pairs.
+    pub fn search_important(
         &mut self,
         frame: &Frame,
         broad: &Broad,
@@ -97,7 +95,7 @@ impl Revisit {
         self.run_searches(frame, pairs, hands);
     }
 
-    /// Searches the hot pairs by rank, and then others in turn, as far as the deadline allows.
+    /// Searches the hot pairs by rank, and then the others, as far as the deadline allows.
     pub fn search(
         &mut self,
         frame: &Frame,
@@ -106,60 +104,62 @@ impl Revisit {
         hands: &mut Hands,
         deadline: &mut Deadline,
     ) {
-        let mut ranks = mem::take(&mut self.ranks);
-        ranks.clear();
-        if frame.bodies.changed > 0 {
-            let now = frame.clock.now();
-            let time = hands
-                .end
-                .map_or(Duration::ZERO, |end| end.saturating_sub(now));
-            let end = now.saturating_add(time / RANKING);
-            let mut part = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
-            let (known, start) = (pairs.len(), pairs.place(self.next_cold));
-            for met in [true, false] {
-                for place in (start..known).chain(0..start) {
-                    let known = pairs.at(place);
-                    let is_hot = known.met() == met && (met || known.is_hot());
-                    if is_hot && !known.is_completed(frame.number) {
-                        if !part.has_room(WORK_PER_LISTED_PAIR) {
-                            break;
-                        }
-                        self.heat(place, frame, broad, pairs, &mut ranks, &mut part);
-                    }
+        self.is_pressed = true;
+        for groups in [&[Group::Met, Group::Hot][..], &[Group::Cold]] {
+            let mut ranks = mem::take(&mut self.ranks);
+            self.rank(groups, frame, broad, pairs, hands, &mut ranks);
+            for &rank in &ranks {
+                if !self.has_room(hands, deadline) {
+                    self.cutoff = gain(rank);
+                    break;
                 }
+                self.ask(rank as u32 as usize, frame, pairs, hands, deadline);
+            }
+            self.ranks = ranks;
+            // What is dealt is not decided yet, and would be dealt again.
+            self.run_searches(frame, pairs, hands);
+            if !self.has_room(hands, deadline) {
+                return;
+            }
+            let [began, limit] = frame.times;
+            self.is_pressed &= frame.clock.now() > began.saturating_add(limit / 2);
+            self.cutoff /= COOLING;
+        }
+    }
+
+    /// Ranks the pairs of some groups in turn, as far as a part of the time allows.
+    fn rank(
+        &mut self,
+        groups: &[Group],
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+        hands: &Hands,
+        ranks: &mut Vec<u64>,
+    ) {
+        ranks.clear();
+        let now = frame.clock.now();
+        let left = hands.end.unwrap_or(now).saturating_sub(now);
+        let end = now.saturating_add(left / RANKING);
+        let mut deadline = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
+        let (known, start) = (pairs.len(), pairs.place(self.next_cold));
+        for group in groups {
+            for place in (start..known).chain(0..start) {
+                let known = pairs.at(place);
+                if Group::of(known) != *group || known.is_completed(frame.number) {
+                    continue;
+                }
+                if !deadline.has_room(WORK_PER_LISTED_PAIR) {
+                    break;
+                }
+                self.next_cold = known.key;
+                self.heat(place, frame, broad, pairs, ranks, &mut deadline);
             }
         }
         ranks.sort_unstable();
-        let mut is_cut = false;
-        for &rank in &ranks {
-            if !self.has_room(hands, deadline) {
-                (self.cutoff, is_cut) = (gain(rank), true);
-                break;
-            }
-            self.ask(rank as u32 as usize, frame, pairs, hands, deadline);
-        }
-        self.ranks = ranks;
-        // What is dealt is not decided yet, and would be dealt again.
-        self.run_searches(frame, pairs, hands);
-        if is_cut || frame.bodies.changed == 0 {
-            return;
-        }
-        self.cutoff /= COOLING;
-        let (known, start) = (pairs.len(), pairs.place(self.next_cold));
-        for place in (start..known).chain(0..start).take(RANKED) {
-            self.next_cold = pairs.key(place);
-            if !self.has_room(hands, deadline) {
-                break;
-            }
-            deadline.spend(WORK_PER_PAIR_APART);
-            if self.is_sought(place, frame, broad, pairs) {
-                self.ask(place, frame, pairs, hands, deadline);
-            }
-        }
-        self.run_searches(frame, pairs, hands);
     }
 
-    /// Ranks a pair, if it is to be searched.
+    /// Ranks a pair, if it is to be searched, and determines whether it is hot.
     #[inline(always)]
     fn heat(
         &mut self,
@@ -176,7 +176,7 @@ impl Revisit {
         self.is_full |= is_sought && ranks.len() == ranks.capacity();
         if is_sought && !self.is_full {
             deadline.spend(WORK_PER_LISTED_PAIR);
-            let rank = rank(place, frame, pairs);
+            let rank = rank_of(place, frame, pairs);
             is_hot |= COOLING * gain(rank) >= self.cutoff;
             ranks.push(rank);
         }
@@ -226,6 +226,10 @@ impl Revisit {
             return;
         }
         let threads = frame.threads().min(hands.batches.len());
+        let is_bare = threads == 1 && pairs.at(place).is_bare();
+        if is_bare && !(frame.bodies.has_special && frame.bodies.is_special(pairs.key(place))) {
+            return self.search_bare(place, frame, pairs, hands, deadline);
+        }
         let dealt = Turn {
             index: place as u32,
             next: Some(TurnKind::Meet),
@@ -248,6 +252,41 @@ impl Revisit {
             let before = self.searches.work;
             self.run_searches(frame, pairs, hands);
             deadline.spend((self.searches.work - before) / threads as u64);
+        }
+    }
+
+    /// Searches a pair that met, and reads and writes nothing of it but its entry in the list.
+    fn search_bare(
+        &mut self,
+        place: usize,
+        frame: &Frame,
+        pairs: &mut Pairs,
+        hands: &mut Hands,
+        deadline: &mut Deadline,
+    ) {
+        let (known, number) = (pairs.at_mut(place), frame.number);
+        let key = known.key;
+        let pair = frame.bodies.pair(key);
+        let Some([a, b]) = pair.filter(|_| hands.latest.has_room(LEAST_WORK)) else {
+            return;
+        };
+        let query = Query::intersection(&a.body.tree, &b.body.tree, a.relative(b));
+        let question = Question::Meet(query);
+        let workspace = &mut *hands.scratch;
+        query.begin_task(true, workspace);
+        hands.latest.spend(WORK_PER_QUERY);
+        let answer = question.advance(workspace, None, &mut hands.latest);
+        let mut spent = Spent::of(workspace);
+        known.note_search(&answer, workspace.witness(), spent.work, number);
+        spent.work += WORK_PER_QUERY;
+        self.searches.add(spent);
+        deadline.spend(spent.work);
+        let verdict = answer.verdict;
+        if verdict != Verdict::Undecided {
+            self.found.push(Decision { key, verdict });
+        }
+        if let Verdict::Contained { .. } = verdict {
+            pairs.state(place, frame).finish(verdict, 0, number);
         }
     }
 
@@ -280,12 +319,34 @@ impl Revisit {
     }
 }
 
+/// The bits of a gain that count in a rank.
+const GAIN_BITS: u64 = 0xffc0;
+
+/// The pairs that are ranked one after another.
+#[derive(PartialEq)]
+enum Group {
+    Met,
+    Hot,
+    Cold,
+}
+
+impl Group {
+    fn of(known: &Known) -> Self {
+        match known.met() {
+            true => Self::Met,
+            false if known.is_hot() => Self::Hot,
+            false => Self::Cold,
+        }
+    }
+}
+
 /// The rank of a pair, with its place in the low 32 bits, ascending.
 #[inline(always)]
-fn rank(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
+fn rank_of(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
     let (_, rank) = outlook(frame, pairs.at(place), None, TurnKind::Meet, None, true);
-    // Of the importance and of the gain the upper halves tell enough.
-    let halves = rank >> 32 & 0xffff_0000 | rank >> 16 & 0xffff;
+    // Of the importance the upper half tells enough. Gains of one half of an octave count as equal:
+    // then pairs of one body follow one another, and their trees are in the cache.
+    let halves = rank >> 32 & 0xffff_0000 | rank >> 16 & GAIN_BITS;
     halves << 32 | place as u64
 }
 
