@@ -440,11 +440,11 @@ impl Scene {
     /// Nothing exceeds the budget. Placing bodies, finding pairs and listing them are work like the
     /// queries: they stop when their share of the frame is spent, and continue in the next frame.
     /// In [`Mode::Any`], pairs that met are tested first, by their latest witnesses and by the
-    /// triangles next to these. If the last frame left pairs open and only time is limited, known
-    /// pairs are searched before the others are found: first the important ones, then those whose
-    /// turn it is, in an eighth of the frame, and after the tests the most likely contacts for their
-    /// cost. This may take up to thirteen sixteenths of the frame, and fifteen if the last search is
-    /// long; under a budget of work, tests take up to `B - 2R` (see below). Finding pairs may then
+    /// triangles next to these. If the last frame was cut and only time is limited, known pairs are
+    /// searched before the others are found: first the important ones. If many pairs that met were
+    /// left open, then also those whose turn it is, in an eighth of the frame, and after the tests
+    /// the most likely contacts for their cost. This may take up to thirteen sixteenths of the
+    /// frame, and fifteen if the last search is long; under a budget of work, tests take up to `B - 2R` (see below). Finding pairs may then
     /// use up to three quarters of what is left, and listing them half of the rest. Under a budget of work,
     /// `B` units are for queries, as if all pairs were known, and the broad phase may do
     /// `B + 65,536` units of its own ([`Report::broad_phase_work`]).

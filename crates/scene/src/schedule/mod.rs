@@ -4,8 +4,8 @@
 //! cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
-//!   Under a budget of time, if the last frame left pairs open, known pairs are searched as well
-//!   ([`revisit`]). The pairs decided are reported however little of the frame is left.
+//!   Under a budget of time, if many of them were left open, the frame is *tight*: known pairs are
+//!   searched as well ([`revisit`]). The pairs decided are reported however little of the frame is left.
 //! - A job has one question. If its distance is known and a body moves, the job continues with the
 //!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
 //!   contacts are requested, with the contacts.
@@ -84,8 +84,8 @@ const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
-/// A frame is tight if one part of so many of the pairs that met was left open in the last one, and
-/// then so many frames after it.
+/// A frame is tight if more than one part of so many of the pairs that met was left open in the last
+/// one, and so are so many frames after it, at least.
 const FEW_LEFT: usize = 16;
 const LEAST_TIGHT: u64 = 16;
 
@@ -121,10 +121,9 @@ pub(crate) struct Schedule {
     speed: Speed,
     /// Time of a list after its deadline.
     closing: Reserved,
-    /// True if the last frame left many pairs open that met before. Then the next one, of a budget of
-    /// time, searches before its broad phase.
+    /// True if frames of a budget of time search before their broad phase.
     is_tight: bool,
-    /// The first frame that may be loose again.
+    /// The first frame after which they need not.
     tight_until: u64,
     /// Time from the collection of the last job to the end of the frame, without estimates.
     rest: Reserved,
@@ -185,8 +184,8 @@ impl Schedule {
         })
     }
 
-    /// Tests the latest witnesses of pairs that met. If only time is limited and the last frame left
-    /// much open, then searches the pairs that these tests leave open. Under a budget of time, returns
+    /// Tests the latest witnesses of pairs that met. In a tight frame, then searches the pairs that
+    /// these tests leave open. Under a budget of time, returns
     /// when this step ended and the time left after it. The time to list the pairs found is
     /// subtracted from the latter.
     pub fn revisit(

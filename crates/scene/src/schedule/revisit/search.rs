@@ -2,7 +2,7 @@
 //! *hot* if it met, or if its rank is not far below that at which the last frame ended its searches.
 //!
 //! First the pairs whose turn it is, in a share of the frame that what a long search takes beyond it
-//! reduces in later frames. Then the hot ones by rank, and the rest in turn.
+//! reduces in later frames. Then the hot ones by rank, then the others by rank.
 
 use super::{Decision, Hands, Revisit, is_plain};
 use crate::ask::TurnKind;
@@ -27,10 +27,10 @@ use punctual_geom::nanoseconds;
 /// The share of a frame that the pairs have whose turn it is: one part of so many.
 const TURNS: f64 = 8.0;
 
-/// Maximum number of pairs that a frame ranks, and of those whose turn it may be.
-const RANKED: usize = 8192;
+/// Maximum number of pairs that a frame looks at for those whose turn it is.
+const LOOKED_AT: usize = 8192;
 
-/// Ranking takes at most this part of the time.
+/// Ranking takes at most one part of so many of the time left.
 const RANKING: u32 = 4;
 
 /// A pair is hot while its gain is at least that of the last one searched divided by this.
@@ -58,7 +58,7 @@ impl Revisit {
         let end = began.saturating_add(Duration::from_nanos(self.credit as u64));
         let mut deadline = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
         let (known, start) = (pairs.len(), pairs.place(self.turn));
-        for place in (start..known).chain(0..start).take(RANKED) {
+        for place in (start..known).chain(0..start).take(LOOKED_AT) {
             self.turn = pairs.key(place);
             if !self.has_room(hands, &mut deadline) {
                 break;
