@@ -68,19 +68,18 @@ impl Crowd {
 
     /// Moves all bodies once. `asks`: no farther than they may.
     fn advance(&mut self, asks: bool) {
-        let mut moves = vec![DVec3::ZERO; self.ids.len()];
-        for body in 0..self.ids.len() - 1 {
+        // The last body is fixed.
+        let moves = (0..self.ids.len() - 1).map(|body| {
             let wish = self.wish(body);
             let length = wish.length();
             let may = self.scene.may_move(self.ids[body], length, SINK).unwrap();
             assert!((0.0..=length).contains(&may));
-            let share = if asks && length > 0.0 {
-                may / length
-            } else {
-                1.0
-            };
-            moves[body] = share * wish;
-        }
+            match asks && length > 0.0 {
+                true => wish * (may / length),
+                false => wish,
+            }
+        });
+        let moves = Vec::from_iter(moves);
         for (body, moved) in moves.into_iter().enumerate() {
             self.places[body] += moved;
             self.scene
