@@ -5,7 +5,8 @@
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
 //!   Under a budget of time, if many of them were left open, the frame is *tight*: known pairs are
-//!   searched as well ([`revisit`]). The pairs decided are reported however little of the frame is left.
+//!   searched as well ([`revisit`]). The pairs decided are reported however little of the frame is
+//!   left.
 //! - A job has one question. If its distance is known and a body moves, the job continues with the
 //!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
 //!   contacts are requested, with the contacts.
@@ -84,8 +85,8 @@ const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
-/// A frame is tight if more than one part of so many of the pairs that met was left open in the last
-/// one, and so are so many frames after it, at least.
+/// A frame is tight if more than one of `FEW_LEFT` pairs that met was left open in the last one. At
+/// least `LEAST_TIGHT` frames after it are tight too.
 const FEW_LEFT: usize = 16;
 const LEAST_TIGHT: u64 = 16;
 
@@ -343,7 +344,8 @@ impl Schedule {
         lap
     }
 
-    /// Number of pairs that met before and are left open, those not listed by the share of the others.
+    /// Number of pairs that met before and are left open. Of the pairs not listed, as many count as
+    /// of the others met.
     fn left_of_met(&self, pairs: &Pairs, report: &Report) -> usize {
         let unlisted = report.unlisted * self.revisit.found.len() / report.pairs.len().max(1);
         let is_open = |job: &&Job| {

@@ -2,8 +2,8 @@
 //!
 //! Most pairs that met in the last frame still meet. Two triangles prove it for the current poses,
 //! whether the bodies are placed and paired or not. If time is limited and the last frame left many
-//! of them open, known pairs are also [searched](search). The pairs decided are reported even if the list of the
-//! frame ends before them, and so are pairs that met and rest.
+//! of them open, known pairs are also [searched](search). The pairs decided are reported even if the
+//! list of the frame ends before them, and so are pairs that met and rest.
 
 mod search;
 
@@ -74,9 +74,9 @@ pub(crate) struct Revisit {
     pub is_full: bool,
     /// True if the searches of hot pairs took most of the frame.
     pub is_pressed: bool,
-    /// Where the next frame continues its tests; its searches of pairs that are not hot; and its turns.
+    /// Where the next frame continues its tests, its ranks and its turns.
     next: PairKey,
-    next_cold: PairKey,
+    next_rank: PairKey,
     turn: PairKey,
     /// Time that the turns have saved for later frames, nanoseconds; negative if they owe some.
     credit: f64,

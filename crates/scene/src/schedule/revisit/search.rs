@@ -142,7 +142,7 @@ impl Revisit {
         let left = hands.end.unwrap_or(now).saturating_sub(now);
         let end = now.saturating_add(left / RANKING);
         let mut deadline = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
-        let (known, start) = (pairs.len(), pairs.place(self.next_cold));
+        let (known, start) = (pairs.len(), pairs.place(self.next_rank));
         for group in groups {
             for place in (start..known).chain(0..start) {
                 let known = pairs.at(place);
@@ -152,7 +152,7 @@ impl Revisit {
                 if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                     break;
                 }
-                self.next_cold = known.key;
+                self.next_rank = known.key;
                 self.heat(place, frame, broad, pairs, ranks, &mut deadline);
             }
         }
