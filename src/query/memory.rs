@@ -212,8 +212,8 @@ impl PairMemory {
         self.nearest
     }
 
-    /// Records that the surfaces were found to intersect without this memory, with the latest witness
-    /// (tree order), or not to.
+    /// Records what was found without this memory: the surfaces intersect, with the latest witness
+    /// (tree order), or they do not.
     #[doc(hidden)]
     pub fn decide(&mut self, witness: Option<[u32; 2]>) {
         (self.last_verdict, self.frames_undecided) = (Some(witness.is_some()), 0);

@@ -18,12 +18,11 @@ use punctual_geom::{Pose, bits};
 /// Pairs tested at once.
 const LANES: usize = 8;
 
-/// A pair that met, and the triangles that met last (tree order, and ids).
+/// A pair that met, and the triangles (ids) that met last.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Waiting {
     /// Its index in the list of known pairs.
     pub place: usize,
-    pub witness: [u32; 2],
     pub ids: [u32; 2],
 }
 
@@ -78,11 +77,7 @@ impl<'b> Retest<'b> {
         {
             columns.set(lane, corners);
         }
-        self.waiting.push(Waiting {
-            place,
-            witness,
-            ids,
-        });
+        self.waiting.push(Waiting { place, ids });
         true
     }
 

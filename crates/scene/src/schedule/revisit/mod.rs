@@ -198,14 +198,10 @@ impl Revisit {
         pairs: &mut Pairs,
         deadline: &mut Deadline,
     ) {
-        for (tested, meets) in retest.test() {
-            let Waiting {
-                place,
-                witness,
-                ids,
-            } = tested;
+        for (Waiting { place, ids }, meets) in retest.test() {
             learn(&mut pairs.holds, meets);
             if meets {
+                let witness = pairs.at(place).witness();
                 self.hold(place, witness, ids, frame, pairs);
             } else {
                 self.lose(place, frame, pairs, deadline);

@@ -1,5 +1,6 @@
-//! Searches before the broad phase: known pairs that the tests of their witnesses leave open. A pair is
-//! *hot* if it met, or if its rank is not far below that at which the last frame ended its searches.
+//! Searches before the broad phase: known pairs that the tests of their witnesses leave open. A pair
+//! is *hot* if it met, or if its rank is not far below that at which the last frame ended its
+//! searches.
 //!
 //! First the pairs whose turn it is, in a share of the frame that what a long search takes beyond it
 //! reduces in later frames. Then the hot ones by rank, then the others by rank.
@@ -8,7 +9,7 @@ use super::{Decision, Hands, Revisit, is_plain};
 use crate::ask::TurnKind;
 use crate::broad::Broad;
 use crate::cost::{LEAST_WORK, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART, WORK_PER_QUERY};
-use crate::id::bodies_of;
+use crate::id::{PairKey, bodies_of};
 use crate::pair::batch::{Round, RoundKind};
 use crate::pair::frame::Frame;
 use crate::pair::question::Question;
@@ -279,12 +280,9 @@ impl Revisit {
         let mut spent = Spent::of(workspace);
         known.note_search(&answer, workspace.witness(), spent.work, number);
         spent.work += WORK_PER_QUERY;
-        self.searches.add(spent);
         deadline.spend(spent.work);
         let verdict = answer.verdict;
-        if verdict != Verdict::Undecided {
-            self.found.push(Decision { key, verdict });
-        }
+        self.note(key, verdict, spent);
         if let Verdict::Contained { .. } = verdict {
             pairs.state(place, frame).finish(verdict, 0, number);
         }
@@ -310,12 +308,15 @@ impl Revisit {
 
     /// Stores the result of a search.
     fn end_search(&mut self, searched: Turn, pairs: &mut Pairs) {
-        self.searches.add(searched.spent);
-        let (key, verdict) = (searched.key(), searched.standing.verdict);
+        self.note(searched.key(), searched.standing.verdict, searched.spent);
+        pairs.put_back(searched.index as usize, searched.state, searched.known);
+    }
+
+    fn note(&mut self, key: PairKey, verdict: Verdict, spent: Spent) {
+        self.searches.add(spent);
         if verdict != Verdict::Undecided {
             self.found.push(Decision { key, verdict });
         }
-        pairs.put_back(searched.index as usize, searched.state, searched.known);
     }
 }
 
