@@ -34,7 +34,8 @@ pub const BROAD_PHASE_WORK: u64 = 1 << 16;
 /// Work in the broad phase, about what each operation takes: computing the box of a
 /// body, or its swept box; replacing a fat AABB; inserting a body in each level of a tree that is
 /// built; refitting an inner node; opening a node pair in the search; moving a key in each pass of
-/// a sort; copying a pair to the next list; checking a pair; and adding a pair to the report.
+/// a sort; copying a pair to the next list; passing over a known pair; checking a pair; and adding a
+/// pair to the report.
 pub const WORK_PER_BOX: u64 = 120;
 pub const WORK_PER_SWEPT_BOX: u64 = 400;
 pub const WORK_PER_NEW_PLACE: u64 = 150;
@@ -43,6 +44,7 @@ pub const WORK_PER_REFIT: u64 = 30;
 pub const WORK_PER_SEARCH: u64 = 30;
 pub const WORK_PER_SORTED_KEY: u64 = 15;
 pub const WORK_PER_MERGED_PAIR: u64 = 10;
+pub const WORK_PER_KNOWN_PAIR: u64 = 2;
 pub const WORK_PER_PAIR_APART: u64 = 15;
 pub const WORK_PER_LISTED_PAIR: u64 = 80;
 

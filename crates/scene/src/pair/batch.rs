@@ -185,7 +185,8 @@ pub(crate) enum Ended {
 }
 
 impl Turn {
-    /// Decides whether the pair meets, before the broad phase.
+    /// Decides whether the pair meets, before the broad phase. Its state is left as it is where its
+    /// entry has all that is needed.
     pub fn search(
         &mut self,
         bodies: &Bodies,
@@ -193,6 +194,14 @@ impl Turn {
         round: &Round,
         deadline: &mut Deadline,
     ) {
+        if self.known.is_bare(bodies) {
+            let (verdict, spent) = self.known.search(bodies, workspace, deadline, round.frame);
+            (self.standing.verdict, self.spent, self.next) = (verdict, spent, None);
+            if let Verdict::Contained { .. } = verdict {
+                self.state.finish(verdict, 0, round.frame);
+            }
+            return;
+        }
         let (held, looks_ahead) = (false, true);
         self.run(&mut Desk {
             bodies,

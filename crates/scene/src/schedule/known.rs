@@ -2,14 +2,15 @@
 //! that have a turn.
 
 use crate::body::{Bodies, triangle_ids};
-use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
+use crate::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::id::PairKey;
-use crate::pair::question::Answer;
-use crate::pair::spent::capped;
+use crate::pair::question::Question;
+use crate::pair::spent::{Spent, capped};
 use crate::pair::state::{NO_TRIANGLES, PairState};
 use core::num::NonZeroU32;
-use punctual::Verdict;
+use punctual::engine::Deadline;
 use punctual::prediction::MAX_STEP_WORK;
+use punctual::{Query, Verdict, Workspace};
 
 /// A test of a witness must be expected to save so many times its cost.
 const MARGIN_OF_TESTS: f32 = 1.2;
@@ -194,26 +195,37 @@ impl Known {
         self.since = frame as u32;
     }
 
-    /// Records a search in `frame` that needed no state, and the triangles (tree order) that meet.
-    pub fn note_search(
+    /// Searches a pair that met, whose only question is whether it meets: all that this reads and
+    /// writes of it is this entry.
+    pub fn search(
         &mut self,
-        answer: &Answer,
-        witness: Option<[u32; 2]>,
-        work: u64,
+        bodies: &Bodies,
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
         frame: u64,
-    ) {
-        if !answer.stop.is_final() {
-            self.cost = self.cost.max(capped(2 * work));
-            return;
-        }
-        self.cost = capped(work.max(MAX_STEP_WORK));
-        match answer.verdict {
-            Verdict::Separated => {
+    ) -> (Verdict, Spent) {
+        let pair = bodies.pair(self.key);
+        let Some([a, b]) = pair.filter(|_| deadline.has_room(LEAST_WORK)) else {
+            return (Verdict::Undecided, Spent::default());
+        };
+        let query = Query::intersection(&a.body.tree, &b.body.tree, a.relative(b));
+        query.begin_task(true, workspace);
+        deadline.spend(WORK_PER_QUERY);
+        let answer = Question::Meet(query).advance(workspace, None, deadline);
+        let mut spent = Spent::of(workspace);
+        if answer.stop.is_final() {
+            self.cost = capped(spent.work.max(MAX_STEP_WORK));
+            if answer.verdict == Verdict::Separated {
                 (self.proof, self.since) = (0, frame as u32);
                 self.flags = self.flags & HOT | OVERLAPS | DECIDED;
+            } else {
+                self.meet(workspace.witness().unwrap_or(NO_TRIANGLES), frame);
             }
-            _ => self.meet(witness.unwrap_or(NO_TRIANGLES), frame),
+        } else {
+            self.cost = self.cost.max(capped(2 * spent.work));
         }
+        spent.work += WORK_PER_QUERY;
+        (answer.verdict, spent)
     }
 
     /// How far the bodies may move before they may meet; negative if they have moved farther since
@@ -268,18 +280,19 @@ impl Known {
         self.since = frame as u32;
     }
 
-    /// True if it is ranked in each frame; others take turns.
+    /// True if it is ranked in each frame, as pairs that met always are; others take turns.
     pub fn is_hot(&self) -> bool {
-        self.is(HOT)
+        self.flags & (HOT | MET) != 0
     }
 
     pub fn set_hot(&mut self, is_hot: bool) {
         self.flags = self.flags & !HOT | if is_hot { HOT } else { 0 };
     }
 
-    /// True if its search needs no state: it met, and no estimates of it were reported.
-    pub fn is_bare(&self) -> bool {
-        self.met() && !self.is(TOLD)
+    /// True if [`Known::search`] finds out all that is asked: the pair met, no estimates of it were
+    /// reported, and it is not special.
+    pub fn is_bare(&self, bodies: &Bodies) -> bool {
+        self.met() && !self.is(TOLD) && !(bodies.has_special && bodies.is_special(self.key))
     }
 
     /// True if its witnesses were lost since then.

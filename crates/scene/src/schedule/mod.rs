@@ -74,7 +74,7 @@ use punctual::engine::Deadline;
 use punctual::prediction::Calibration;
 use punctual::{Mode, Query, Verdict, Workspace};
 use punctual_geom::{Pose, nanoseconds};
-use revisit::{Hands, Revisit};
+use revisit::{Revisit, Search};
 use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
@@ -212,28 +212,31 @@ impl Schedule {
         let after =
             |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
         let (end, latest_end) = (after(REVISIT), after(LATEST));
-        let deadline = || Deadline::of_a_part(end, work, frame.clock);
-        let mut hands = Hands {
+        let mut search = Search {
+            frame,
+            broad,
+            pairs,
             batches: &mut self.batches,
+            dealt: 0,
             scratch,
             end,
             latest_end,
             latest: Deadline::of_a_part(latest_end, u64::MAX, frame.clock),
-            dealt: 0,
         };
         let tests = self.revisit.begin();
         if is_short && frame.bodies.has_important {
-            self.revisit
-                .search_important(frame, broad, pairs, &mut hands);
+            self.revisit.search_important(&mut search);
         }
         if searches {
-            self.revisit.take_turns(frame, broad, pairs, &mut hands);
+            self.revisit.take_turns(&mut search);
         }
+        let mut deadline = Deadline::of_a_part(end, work, frame.clock);
         self.revisit
-            .test(frame, broad, pairs, tests, &mut deadline());
+            .test(frame, broad, search.pairs, tests, &mut deadline);
         if searches {
-            self.revisit
-                .search(frame, broad, pairs, &mut hands, &mut deadline());
+            self.revisit.search(&mut search);
+        } else if frame.budget.work_limit().is_none() {
+            self.revisit.search_met(&mut search);
         }
         self.revisit.end();
         let [began, limit] = whole?;

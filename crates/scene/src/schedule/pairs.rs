@@ -125,6 +125,12 @@ impl Pairs {
         merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
     }
 
+    /// The places of all pairs, from that of a key on and around.
+    pub fn from(&self, key: PairKey) -> impl Iterator<Item = usize> + use<> {
+        let (known, start) = (self.len(), self.place(key));
+        (start..known).chain(0..start)
+    }
+
     /// Records whether the boxes of a pair overlap in `frame`. Returns its record if they do.
     #[inline(always)]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {

@@ -50,17 +50,39 @@ pub(crate) struct Decision {
     pub verdict: Verdict,
 }
 
-/// The batches that receive searches, a workspace, the time until which they begin, and the time at
-/// which the last must end: what is cut short is lost.
-pub(crate) struct Hands<'h, 'c> {
-    pub batches: &'h mut [Batch],
-    pub scratch: &'h mut Box<Workspace>,
+/// What the searches of a frame need.
+pub(crate) struct Search<'s, 'c> {
+    pub frame: &'s Frame<'c>,
+    pub broad: &'s Broad,
+    pub pairs: &'s mut Pairs,
+    /// The batches that receive searches, and the number of those dealt to them.
+    pub batches: &'s mut [Batch],
+    pub dealt: usize,
+    pub scratch: &'s mut Box<Workspace>,
+    /// The time until which searches begin, and that at which the last must end: what is cut short
+    /// is lost.
     pub end: Option<Duration>,
     pub latest_end: Option<Duration>,
     /// The latter, for searches on this thread: a deadline in use knows the pace of the work.
     pub latest: Deadline<'c>,
-    /// Number of searches dealt.
-    pub dealt: usize,
+}
+
+impl<'c> Search<'_, 'c> {
+    /// The time until which searches begin.
+    fn deadline(&self) -> Deadline<'c> {
+        Deadline::of_a_part(self.end, u64::MAX, self.frame.clock)
+    }
+}
+
+/// The walks through the known pairs, each of which continues where its last one ended.
+#[derive(Clone, Copy)]
+enum Walk {
+    Tests,
+    Important,
+    Turns,
+    Met,
+    Hot,
+    Cold,
 }
 
 #[derive(Debug, Default)]
@@ -74,10 +96,8 @@ pub(crate) struct Revisit {
     pub is_full: bool,
     /// True if the searches of hot pairs took most of the frame.
     pub is_pressed: bool,
-    /// Where the next frame continues its tests, its ranks and its turns.
-    next: PairKey,
-    next_rank: PairKey,
-    turn: PairKey,
+    /// Where the next [walks](Walk) begin.
+    next: [PairKey; 6],
     /// Time that the turns have saved for later frames, nanoseconds; negative if they owe some.
     credit: f64,
     /// The gain of the pair at which the last frame ended its searches.
@@ -127,7 +147,7 @@ impl Revisit {
         }
         let is_free = frame.budget.is_unlimited();
         let most = if is_free { usize::MAX } else { enough };
-        let (known, mut place) = (pairs.len(), pairs.place(self.next));
+        let (known, mut place) = (pairs.len(), pairs.place(self.next[Walk::Tests as usize]));
         let (mut left, mut resting) = (most.min(known), most / PER_REST);
         let mut retest = Retest::new(frame.bodies);
         while left > 0 {
@@ -182,7 +202,7 @@ impl Revisit {
             (place, left) = (place + 1, left - 1);
         }
         self.end_tests(&mut retest, frame, pairs, deadline);
-        self.next = if place < known { pairs.key(place) } else { 0 };
+        self.next[Walk::Tests as usize] = if place < known { pairs.key(place) } else { 0 };
     }
 
     /// Sorts the pairs decided.
