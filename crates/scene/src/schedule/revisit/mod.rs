@@ -80,7 +80,6 @@ enum Walk {
     Tests,
     Important,
     Turns,
-    Met,
     Hot,
     Cold,
 }
@@ -97,12 +96,12 @@ pub(crate) struct Revisit {
     /// True if the searches of hot pairs took most of the frame.
     pub is_pressed: bool,
     /// Where the next [walks](Walk) begin.
-    next: [PairKey; 6],
+    next: [PairKey; 5],
     /// Time that the turns have saved for later frames, nanoseconds; negative if they owe some.
     credit: f64,
     /// The gain of the pair at which the last frame ended its searches.
     cutoff: f32,
-    /// Buffer: ranks and places.
+    /// The pairs that met and that the tests leave open, by place; then the ranks of those searched.
     ranks: Vec<u64>,
 }
 
@@ -126,6 +125,7 @@ impl Revisit {
     pub fn begin(&mut self) -> usize {
         let tests = self.tests;
         self.found.clear();
+        self.ranks.clear();
         (self.tests, self.searches, self.is_full) = (0, Spent::default(), false);
         tests
     }
@@ -198,6 +198,8 @@ impl Revisit {
                         self.end_tests(&mut retest, frame, pairs, deadline);
                     }
                 }
+            } else if !rests && !is_done {
+                self.leave_open(place);
             }
             (place, left) = (place + 1, left - 1);
         }
@@ -279,7 +281,17 @@ impl Revisit {
         }
         match met {
             Some((witness, ids)) => self.hold(place, witness, ids, frame, pairs),
-            None => pairs.at_mut(place).lose(),
+            None => {
+                pairs.at_mut(place).lose();
+                self.leave_open(place);
+            }
+        }
+    }
+
+    /// Records a pair that met and that the tests leave open.
+    fn leave_open(&mut self, place: usize) {
+        if self.ranks.len() < self.ranks.capacity() {
+            self.ranks.push(place as u64);
         }
     }
 }

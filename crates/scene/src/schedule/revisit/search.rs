@@ -66,12 +66,20 @@ impl Revisit {
         self.credit -= nanoseconds(frame.clock.now().saturating_sub(began));
     }
 
-    /// Searches the pairs that met and whose search needs no state.
+    /// Searches the pairs that met and that the tests leave open, if that needs no state.
     pub fn search_met(&mut self, search: &mut Search) {
         let mut deadline = search.deadline();
-        let bodies = search.frame.bodies;
-        let is_bare = |known: &Known| known.is_bare(bodies);
-        self.search_in_turn(Walk::Met, search, &mut deadline, is_bare);
+        let left = mem::take(&mut self.ranks);
+        for place in left.iter().map(|&place| place as usize) {
+            if !self.has_room(search, &mut deadline) {
+                break;
+            }
+            if search.pairs.at(place).is_bare(search.frame.bodies) && is_sought(place, search) {
+                self.ask(place, search, &mut deadline);
+            }
+        }
+        self.ranks = left;
+        self.run_searches(search);
     }
 
     /// Searches some of the pairs, from where the last walk ended, as far as the deadline allows.
