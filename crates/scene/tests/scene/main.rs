@@ -20,6 +20,7 @@ mod named;
 mod promises;
 mod queries;
 mod rays;
+mod recording;
 mod refusals;
 mod solids;
 mod stride;
