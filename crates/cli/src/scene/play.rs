@@ -6,11 +6,13 @@ use std::time::{Duration, Instant};
 
 use cpu_time::{ProcessTime, ThreadTime};
 use punctual::{Budget, Clock, Mode, Motion, Verdict};
+use punctual_io::FileError;
 use punctual_lab::report::Failure;
 use punctual_scene::{BodyId, PairReport, Report, Scene, SceneError};
 
 use super::answers::{Counts, Questions};
 use super::files::Recording;
+use crate::{Completion, complain};
 
 /// What is measured and counted of one frame.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +27,8 @@ pub struct FrameRow {
     pub cpu: Duration,
     /// The part of the detection, which has the budget.
     pub detect_cpu: Duration,
+    /// The budget of time, if there is one.
+    pub limit: Option<Duration>,
     pub bv_tests: u64,
     pub work: u64,
     /// Against the truth, if it is known: intersecting pairs, those of them that were reported, and wrong verdicts.
@@ -98,7 +102,8 @@ impl Clock for CpuClock {
 #[derive(Clone, Copy)]
 pub struct Settings<'q> {
     pub mode: Mode,
-    pub budget: Budget,
+    /// In place of the recorded one, or of none.
+    pub budget: Option<Budget>,
     pub clock: ClockName,
     pub threads: usize,
     pub frames: usize,
@@ -106,23 +111,40 @@ pub struct Settings<'q> {
     pub questions: &'q Questions,
 }
 
-/// Plays the recording, several times over for the least times. `seen` gets the reports of the first play.
+/// Plays the recording, several times over for the least times. `seen` gets the reports of the first play. A file of calls
+/// is played up to its first fault.
 pub fn play(
     recording: &Recording,
     settings: &Settings,
     mut seen: impl FnMut(usize, &Report) -> std::io::Result<()>,
-) -> Result<Vec<FrameRow>, Failure> {
+) -> Result<(Vec<FrameRow>, Completion), Failure> {
     let mut rows: Vec<FrameRow> = Vec::new();
-    let mut answers = settings.questions.open()?;
+    let mut answers = settings.questions.open(recording.calls.is_some())?;
     for _ in 0..settings.plays {
         let (mut scene, ids) = set_up(recording, settings)?;
+        let mut replay = recording.replay()?;
         let cpu_clock = CpuClock::start();
-        for (number, poses) in recording.frames.iter().take(settings.frames).enumerate() {
+        for number in 0..settings.frames {
+            let recorded = match (&mut replay, &recording.calls) {
+                (Some(replay), Some(file)) => replay
+                    .next_frame(&mut scene)
+                    .map_err(|error| FileError::from_io(file, &error)),
+                _ => Ok((number < recording.frames.len()).then(Budget::unlimited)),
+            };
+            let budget = match recorded {
+                Ok(None) => break,
+                Ok(Some(recorded)) => settings.budget.unwrap_or(recorded),
+                Err(error) => {
+                    complain(&error);
+                    return Ok((rows, Completion::Partial));
+                }
+            };
             let (wall, cpu) = (Instant::now(), ProcessTime::now());
             let next = recording
                 .frames
                 .get(number + 1)
                 .filter(|_| settings.questions.moves());
+            let poses = recording.frames.get(number).into_iter().flatten();
             for (body, (&id, &pose)) in ids.iter().zip(poses).enumerate() {
                 match next {
                     Some(next) => scene.set_motion(id, Motion::screw(pose, next[body])?)?,
@@ -131,8 +153,8 @@ pub fn play(
             }
             let (posed, taken) = (cpu.elapsed(), cpu_clock.taken());
             match settings.clock {
-                ClockName::Wall => scene.detect(settings.budget),
-                ClockName::Cpu => scene.detect(settings.budget.clock(&cpu_clock)),
+                ClockName::Wall => scene.detect(budget),
+                ClockName::Cpu => scene.detect(budget.clock(&cpu_clock)),
             };
             let report = scene.report();
             let (wall, cpu) = (
@@ -153,6 +175,7 @@ pub fn play(
                 wall,
                 cpu,
                 detect_cpu,
+                limit: budget.time_limit(),
                 bv_tests: report.bv_tests,
                 work: report.work,
                 ..FrameRow::default()
@@ -168,7 +191,7 @@ pub fn play(
             rows.push(row);
         }
     }
-    Ok(rows)
+    Ok((rows, Completion::Full))
 }
 
 fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<BodyId>), Failure> {
