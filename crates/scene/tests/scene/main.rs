@@ -8,6 +8,7 @@ mod changes;
 mod common;
 mod compounds;
 mod contacts;
+mod degradation;
 mod distances;
 mod estimates;
 mod events;
