@@ -2,6 +2,7 @@
 
 mod answers;
 mod files;
+mod plain;
 pub mod play;
 mod summary;
 mod sweep;
@@ -48,6 +49,9 @@ pub struct Args {
     /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
     #[arg(long, value_enum, default_value = "wall")]
     clock: ClockName,
+    /// Instead of the scene its simplest rival, with the clock `cpu`: boxes sorted along x, then one query after another.
+    #[arg(long, conflicts_with_all = ["sweep", "view", "pairs_out"])]
+    plain: bool,
     /// Threads that share the work, the calling one included.
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: u16,
@@ -82,6 +86,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         return Err("--clock cpu needs --threads 1".into());
     }
     let recording = Recording::load(&args.dir, &args.meshes)?;
+    if args.plain && (args.clock == ClockName::Wall || args.asks() || recording.calls.is_some()) {
+        return Err(
+            "--plain needs a folder and --clock cpu, and asks only which bodies meet".into(),
+        );
+    }
     if recording.calls.is_some() && (args.sweep || args.view.is_some() || args.asks()) {
         return Err(
             "a file of calls is played with its own mode and questions, without --sweep and --view"
@@ -182,6 +191,7 @@ impl Args {
         Settings {
             mode,
             budget,
+            plain: self.plain,
             clock,
             threads,
             frames: self.frames,

@@ -5,13 +5,14 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use cpu_time::{ProcessTime, ThreadTime};
-use punctual::{Budget, Clock, Mode, Motion, Verdict};
+use punctual::{Budget, Clock, Mode, Motion, Verdict, Workspace};
 use punctual_io::FileError;
 use punctual_lab::report::Failure;
 use punctual_scene::{BodyId, PairReport, Report, Scene, SceneError};
 
 use super::answers::{Counts, Questions};
 use super::files::Recording;
+use super::plain;
 use crate::{Completion, complain};
 
 /// What is measured and counted of one frame.
@@ -104,6 +105,8 @@ pub struct Settings<'q> {
     pub mode: Mode,
     /// In place of the recorded one, or of none.
     pub budget: Option<Budget>,
+    /// By a plain loop in place of the scene.
+    pub plain: bool,
     pub clock: ClockName,
     pub threads: usize,
     pub frames: usize,
@@ -123,7 +126,7 @@ pub fn play(
     for _ in 0..settings.plays {
         let (mut scene, ids) = set_up(recording, settings)?;
         let mut replay = recording.replay()?;
-        let cpu_clock = CpuClock::start();
+        let (cpu_clock, mut workspace) = (CpuClock::start(), Workspace::new());
         for number in 0..settings.frames {
             let recorded = match (&mut replay, &recording.calls) {
                 (Some(replay), Some(file)) => replay
@@ -152,10 +155,14 @@ pub fn play(
                 }
             }
             let (posed, taken) = (cpu.elapsed(), cpu_clock.taken());
+            let mut rival = None;
             match settings.clock {
-                ClockName::Wall => scene.detect(budget),
-                ClockName::Cpu => scene.detect(budget.clock(&cpu_clock)),
-            };
+                _ if settings.plain => {
+                    rival = Some(plain::detect(&scene, &mut workspace, budget, &cpu_clock)?);
+                }
+                ClockName::Wall => _ = scene.detect(budget),
+                ClockName::Cpu => _ = scene.detect(budget.clock(&cpu_clock)),
+            }
             let report = scene.report();
             let (wall, cpu) = (
                 wall.elapsed(),
@@ -180,7 +187,15 @@ pub fn play(
                 work: report.work,
                 ..FrameRow::default()
             };
-            if let Some(truth) = &recording.truth {
+            if let Some(rival) = rival {
+                row = FrameRow {
+                    wall,
+                    cpu,
+                    detect_cpu,
+                    limit: row.limit,
+                    ..rival
+                };
+            } else if let Some(truth) = &recording.truth {
                 let known = |body: u32| {
                     report.unlisted == 0 && scene.partners_known(ids[body as usize]) == Ok(true)
                 };

@@ -339,6 +339,36 @@ fn a_small_budget_leaves_pairs_undecided_and_says_so() {
 }
 
 #[test]
+fn a_plain_loop_finds_the_same_without_a_budget_and_less_with_one() {
+    let folder = recording();
+    let play = |options: &str| {
+        let answer = folder.run(&format!("scene . --clock cpu {options}"));
+        assert_eq!((answer.status, &*answer.err), (0, ""));
+        rows(&answer.out)
+    };
+    let (scene, plain) = (play(""), play("--plain"));
+    assert_eq!(scene.len(), plain.len());
+    for (scene, plain) in scene.iter().zip(&plain) {
+        assert_eq!(scene[..5], plain[..5]);
+    }
+    let cut = play("--plain --budget-work 100");
+    assert!(
+        cut.iter().any(|row| row[4] > 0)
+            && cut
+                .iter()
+                .zip(&plain)
+                .all(|(cut, plain)| cut[3] <= plain[3])
+    );
+    assert!(play("--plain --budget-us 0").iter().all(|row| row[2] == 0));
+    folder
+        .run("scene . --plain")
+        .assert_refused(&["--clock cpu"]);
+    folder
+        .run("scene . --plain --clock cpu --contacts")
+        .assert_refused(&["only which bodies meet"]);
+}
+
+#[test]
 fn a_sweep_gives_a_line_for_each_budget() {
     let answer = recording().run("scene . --sweep");
     let mut lines = answer.out.lines().filter(|line| !line.starts_with('#'));
