@@ -160,7 +160,7 @@ def draw(rows, whole, bodies):
         curve("scene", "found", solid),
         f'<circle class="value" cx="{x(DEADLINE_MS):.1f}" cy="{y(at["found"]):.1f}" r="10"/>',
         text(x(DEADLINE_MS) + 16, y(at["found"]) + 42, f"1 ms: {100 * at['found']:.0f} %", 'font-weight="bold"', "value"),
-        text(x(whole) + 12, y(0.06), f"whole: {whole:.1f} ms"),
+        text(x(whole) + 12, y(0.06), f"whole frame: {whole:.1f} ms"),
         "</svg>",
     ]
     return "\n".join(parts) + "\n"

@@ -49,7 +49,8 @@ pub struct Args {
     /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
     #[arg(long, value_enum, default_value = "wall")]
     clock: ClockName,
-    /// Instead of the scene its simplest rival, with the clock `cpu`: boxes sorted along x, then one query after another.
+    /// Instead of the scene its simplest rival, with the clock `cpu`: boxes sorted along x, then one query after another. Its
+    /// rows count the pairs that it came to.
     #[arg(long, conflicts_with_all = ["sweep", "view", "pairs_out"])]
     plain: bool,
     /// Threads that share the work, the calling one included.
