@@ -32,7 +32,7 @@ pub(super) enum Call {
     Version(String),
     /// [`Tree::to_bytes`] in base64.
     Tree(String),
-    /// An earlier tree with new vertices, which may continue with what is known of that one.
+    /// An earlier tree with new vertices. What is known of pairs of that one helps this one.
     Refit(usize, Vec<[f64; 3]>),
     Insert(Part),
     InsertCompound(Pose, Vec<Part>),
@@ -83,7 +83,8 @@ pub(super) struct Part {
     data: u64,
 }
 
-/// The largest room that a recording may ask for, so that a damaged one takes no more.
+/// The most bodies and pairs that a replay [reserves](Scene::reserve) room for: a damaged number
+/// must not take all memory.
 const ROOM: usize = 1 << 20;
 
 /// Where a scene writes its calls.
@@ -155,14 +156,13 @@ impl Recorder {
 }
 
 impl Scene {
-    /// A scene that writes each call that changes it to a file, for [`Replay`]: a line of JSON a
-    /// call, the number of each body's tree, and each tree once, about 40 bytes per triangle. A pose
-    /// takes about 300 bytes. Use a [`BufWriter`](io::BufWriter), around an encoder of gzip if
-    /// the file is to be small. The file is flushed at each [`Scene::detect`], before the frame
-    /// begins.
+    /// A new scene that writes each call that changes it to a file, which [`Replay`] plays again: a
+    /// line of JSON a call, about 300 bytes a pose, and each tree once, about 40 bytes a triangle.
+    /// Pass a [`BufWriter`](io::BufWriter), around a gzip encoder if the file is to be small. It is
+    /// flushed at each [`Scene::detect`] before the frame begins.
     ///
-    /// Calls that failed are left out, because they change nothing, and so are
-    /// [`use_threads`](Self::use_threads) and questions between frames.
+    /// Calls that fail are left out, because they change nothing, and so are
+    /// `use_threads` and questions between frames.
     ///
     /// ```
     /// use punctual::{Budget, Pose, Tree, shapes};
