@@ -137,6 +137,7 @@ pub fn play(
             let budget = match recorded {
                 Ok(None) => break,
                 Ok(Some(recorded)) => settings.budget.unwrap_or(recorded),
+                Err(error) if rows.is_empty() => return Err(error.into()),
                 Err(error) => {
                     complain(&error);
                     return Ok((rows, Completion::Partial));

@@ -515,6 +515,10 @@ fn a_file_of_the_calls_of_a_scene_is_played_up_to_its_first_fault() {
         "every distance, in every frame"
     );
     assert!(!told[0].is_empty());
+    folder.write("mesh.obj", "v 1 2 3\n");
+    folder
+        .run("scene mesh.obj")
+        .assert_refused(&["mesh.obj: ", "line 1"]);
     folder
         .run("scene odd.jsonl --mode all")
         .assert_refused(&["its own mode"]);
