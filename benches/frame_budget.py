@@ -5,8 +5,9 @@
 
 1,000 torus knots of 4,608 triangles drift and spin, 60 frames a second; nothing is fixed, so every pair of neighbours must be
 asked again in every frame. The frames without a budget give the truth. Then the same recording is played within one budget after
-another. Budgets and times are processor time of the one thread (`--clock cpu`); cpu_ms includes setting the new poses, which
-the budget does not. Standard output has the figures as CSV, medians over the plays.
+another, by the scene and by its simplest rival in turn: a plain loop (`--plain`) sorts the boxes along x, runs one query after
+another and remembers nothing. Budgets and times are processor time of the one thread (`--clock cpu`); cpu_ms includes setting the
+new poses, which the budget does not. Standard output has the figures as CSV, medians over the plays.
 """
 
 import argparse
@@ -20,7 +21,7 @@ import tempfile
 
 BUDGETS_MS = [0.125, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0]
 DEADLINE_MS = 1.0
-COLUMNS = ["budget_ms", "found", "decided", "wrong", "cpu_ms", "late_median_ms", "late_p99_ms"]
+COLUMNS = ["budget_ms", "found", "decided", "plain_found", "plain_decided", "wrong", "cpu_ms", "late_median_ms", "late_p99_ms"]
 
 
 def torus_knot(path, along=192, around=12, p=2, q=3, thickness=0.2):
@@ -94,35 +95,54 @@ def play(program, folder, *options):
         "cpu_ms": float(figure(r"# cpu median_ms=(\S+)")),
         "late_median_ms": float(figure(r"# overrun median_ms=(\S+)")),
         "late_p99_ms": float(figure(r"# overrun median_ms=\S+ p99_ms=(\S+)")),
-        "decided": float(figure(r" decided=(\S+)")),
-        "found": float(figure(r" share=(\S+)")),
         "wrong": float(figure(r" wrong=(\S+)")),
         "pairs": sum(int(row[1]) for row in rows) / len(rows),
+        "decided": sum(int(row[2]) for row in rows) / len(rows),
         "hits": sum(int(row[3]) for row in rows) / len(rows),
     }
 
 
+def compare(program, folder, whole, *options):
+    """The figures of a play, with shares of the pairs of a whole frame, for the scene and for the plain loop."""
+    scene, plain = play(program, folder, *options), play(program, folder, "--plain", *options)
+    share = lambda of, what, all: of[what] / whole[all]
+    shares = {"found": share(scene, "hits", "hits"), "decided": share(scene, "decided", "pairs")}
+    rival = {"plain_found": share(plain, "hits", "hits"), "plain_decided": share(plain, "decided", "pairs")}
+    return {**scene, **shares, **rival}
+
+
 def draw(rows, whole, bodies):
     """The SVG, for light and dark. Its box is 800 wide and its text 28 high, so that it can be read when shown 400 wide."""
-    left, right, top, bottom = 104, 776, 124, 478
+    left, right, top, bottom = 104, 776, 164, 518
     most = max(row["budget_ms"] for row in rows)
     x = lambda ms: left + (right - left) * ms / most
     y = lambda share: bottom - (bottom - top) * share
-    curve = " ".join(f"{x(row['budget_ms']):.1f},{y(row['found']):.1f}" for row in rows)
-    at = next(row["found"] for row in rows if row["budget_ms"] == DEADLINE_MS)
-    text = lambda x, y, words, more="": f'<text class="ink" x="{x:.1f}" y="{y:.1f}" {more}>{words}</text>'
+    text = lambda x, y, words, more="", kind="ink": f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" {more}>{words}</text>'
     line = lambda kind, x1, y1, x2, y2, more="": (
         f'<line class="{kind}" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke-width="2.5" {more}/>'
     )
+
+    def curve(kind, column, more):
+        points = " ".join(f"{x(row['budget_ms']):.1f},{y(row[column]):.1f}" for row in [{"budget_ms": 0, column: 0}, *rows])
+        return f'<polyline class="{kind}" fill="none" stroke-linejoin="round" {more} points="{points}"/>'
+
+    solid, dashed = 'stroke-width="6"', 'stroke-width="4" stroke-dasharray="14 9"'
+    at = next(row for row in rows if row["budget_ms"] == DEADLINE_MS)
     parts = [
-        '<svg xmlns="http://www.w3.org/2000/svg" width="800" height="576" viewBox="0 0 800 576" '
+        '<svg xmlns="http://www.w3.org/2000/svg" width="800" height="616" viewBox="0 0 800 616" '
         'font-family="sans-serif" font-size="28">',
-        "<style>.back{fill:#fff}.ink{fill:#1f2328}.axis{stroke:#59636e}.grid{stroke:#d1d9e0}.curve{stroke:#0072b2}"
-        ".dot,.value{fill:#0072b2}@media(prefers-color-scheme:dark){.back{fill:#0d1117}.ink{fill:#f0f6fc}"
-        ".axis{stroke:#9198a1}.grid{stroke:#3d444d}.curve{stroke:#58a6ff}.dot,.value{fill:#58a6ff}}</style>",
-        '<rect class="back" width="800" height="576"/>',
+        "<style>.back{fill:#fff}.ink{fill:#1f2328}.axis{stroke:#59636e}.grid{stroke:#d1d9e0}.scene{stroke:#0072b2}"
+        ".value{fill:#0072b2}.plain{stroke:#b35900}.rival{fill:#b35900}@media(prefers-color-scheme:dark){"
+        ".back{fill:#0d1117}.ink{fill:#f0f6fc}.axis{stroke:#9198a1}.grid{stroke:#3d444d}.scene{stroke:#58a6ff}"
+        ".value{fill:#58a6ff}.plain{stroke:#f0883e}.rival{fill:#f0883e}}</style>",
+        '<rect class="back" width="800" height="616"/>',
         text(20, 44, f"{bodies:,} moving meshes in one frame", 'font-size="32" font-weight="bold"'),
-        text(20, 88, "Touching pairs reported within the budget"),
+        f'<line class="axis" x1="20" y1="79" x2="76" y2="79" {solid}/>',
+        text(88, 88, "touching pairs found"),
+        f'<line class="axis" x1="404" y1="79" x2="460" y2="79" {dashed}/>',
+        text(472, 88, "pairs decided"),
+        text(20, 130, "punctual", 'font-weight="bold"', "value"),
+        text(166, 130, "a plain loop over the pairs", 'font-weight="bold"', "rival"),
     ]
     for share in (0, 0.25, 0.5, 0.75, 1):
         parts.append(line("grid", left, y(share), right, y(share)))
@@ -134,11 +154,13 @@ def draw(rows, whole, bodies):
         text((left + right) / 2, bottom + 80, "budget, milliseconds", 'text-anchor="middle"'),
         line("axis", x(DEADLINE_MS), top, x(DEADLINE_MS), bottom, 'stroke-dasharray="10 8"'),
         line("axis", x(whole), top, x(whole), bottom, 'stroke-dasharray="3 7"'),
-        f'<polyline class="curve" fill="none" stroke-width="6" stroke-linejoin="round" points="{curve}"/>',
-        f'<circle class="dot" cx="{x(DEADLINE_MS):.1f}" cy="{y(at):.1f}" r="10"/>',
-        f'<text class="value" x="{x(DEADLINE_MS) + 20:.1f}" y="{y(at) + 52:.1f}" font-weight="bold">1 ms: {100 * at:.0f} %</text>',
-        text(x(whole) + 12, y(0.25) + 34, "a whole frame:"),
-        text(x(whole) + 12, y(0.25) + 68, f"{whole:.1f} ms"),
+        curve("plain", "plain_decided", dashed),
+        curve("plain", "plain_found", solid),
+        curve("scene", "decided", dashed),
+        curve("scene", "found", solid),
+        f'<circle class="value" cx="{x(DEADLINE_MS):.1f}" cy="{y(at["found"]):.1f}" r="10"/>',
+        text(x(DEADLINE_MS) + 16, y(at["found"]) + 42, f"1 ms: {100 * at['found']:.0f} %", 'font-weight="bold"', "value"),
+        text(x(whole) + 12, y(0.06), f"whole frame: {whole:.1f} ms"),
         "</svg>",
     ]
     return "\n".join(parts) + "\n"
@@ -167,10 +189,12 @@ def main():
                 print(f"{frame},{min(int(a), int(b))},{max(int(a), int(b))}", file=truth)
     whole = play(args.punctual, folder, "--reps", "3")
     print(f"# whole frame: {whole['cpu_ms']} ms, {whole['pairs']:.0f} pairs of overlapping boxes, {whole['hits']:.0f} touch")
+    print(f"# plain loop: {play(args.punctual, folder, '--plain', '--reps', '3')['cpu_ms']} ms")
     print(",".join(COLUMNS))
     rows = []
     for budget in BUDGETS_MS:
-        plays = [play(args.punctual, folder, "--budget-us", str(1000 * budget)) for _ in range(args.plays)]
+        limit = ["--budget-us", str(1000 * budget)]
+        plays = [compare(args.punctual, folder, whole, *limit) for _ in range(args.plays)]
         median = {name: statistics.median(row[name] for row in plays) for name in plays[0]}
         rows.append({"budget_ms": budget, **median})
         print(",".join(f"{rows[-1][name]:g}" for name in COLUMNS), flush=True)

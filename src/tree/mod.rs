@@ -389,7 +389,8 @@ impl Tree {
     }
 
     /// The identity from the build. Trees that share it have the same triangles in the same order.
-    pub(crate) fn lineage(&self) -> usize {
+    #[doc(hidden)]
+    pub fn lineage(&self) -> usize {
         self.lineage
     }
 }

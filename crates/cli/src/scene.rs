@@ -2,6 +2,7 @@
 
 mod answers;
 mod files;
+mod plain;
 pub mod play;
 mod summary;
 mod sweep;
@@ -24,7 +25,7 @@ use answers::Questions;
 use files::Recording;
 use play::{ClockName, FrameRow, Settings, play};
 
-/// Play a recorded scene through the detector, frame by frame.
+/// Play a scene through the detector, frame by frame: a folder of meshes and poses, or a file that Scene::recorded wrote.
 ///
 /// Prints CSV, a line for each frame: broad_pairs is the number of pairs whose boxes overlap; decided, hits and undecided
 /// count verdicts; wall_ns and cpu_ns are times of the frame, new poses and broad phase included; overrun_ns is the CPU time
@@ -33,11 +34,13 @@ use play::{ClockName, FrameRow, Settings, play};
 #[derive(clap::Args)]
 #[command(group = ArgGroup::new("budget"))]
 pub struct Args {
-    /// Folder with scene.txt, poses.csv and, if there is one, truth_pairs.csv (the last two plain or .gz).
+    /// Folder with scene.txt, poses.csv and, if there is one, truth_pairs.csv (the last two plain or .gz); or a file of a
+    /// scene's calls (plain or .gz), which has its own questions and budgets; its frames take the times of the detection.
+    #[arg(value_name = "DIR|FILE")]
     dir: PathBuf,
     #[command(flatten)]
     meshes: MeshArgs,
-    /// Time budget of a frame in microseconds; none without it.
+    /// Time budget of a frame in microseconds; without it none, or those of FILE.
     #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds, allow_negative_numbers = true)]
     budget_us: Option<Duration>,
     /// Work budget of a frame in work units; the same answer on every run and any number of threads.
@@ -46,6 +49,10 @@ pub struct Args {
     /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
     #[arg(long, value_enum, default_value = "wall")]
     clock: ClockName,
+    /// Instead of the scene its simplest rival, with the clock `cpu`: boxes sorted along x, then one query after another. Its
+    /// rows count the pairs that it came to.
+    #[arg(long, conflicts_with_all = ["sweep", "view", "pairs_out"])]
+    plain: bool,
     /// Threads that share the work, the calling one included.
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: u16,
@@ -80,6 +87,17 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         return Err("--clock cpu needs --threads 1".into());
     }
     let recording = Recording::load(&args.dir, &args.meshes)?;
+    if args.plain && (args.clock == ClockName::Wall || args.asks() || recording.calls.is_some()) {
+        return Err(
+            "--plain needs a folder and --clock cpu, and asks only which bodies meet".into(),
+        );
+    }
+    if recording.calls.is_some() && (args.sweep || args.view.is_some() || args.asks()) {
+        return Err(
+            "a file of calls is played with its own mode and questions, without --sweep and --view"
+                .into(),
+        );
+    }
     let settings = args.settings();
     if args.sweep {
         sweep::run(&recording, &settings, args.plot.as_deref(), out)?;
@@ -94,7 +112,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     }
     let shown = recording.frames.len().min(args.frames);
     let mut reported = vec![Known::default(); if args.view.is_some() { shown } else { 0 }];
-    let rows = play(&recording, &settings, |frame, report| {
+    let (rows, completion) = play(&recording, &settings, |frame, report| {
         if let Some(reported) = reported.get_mut(frame) {
             *reported = Known::of(report);
         }
@@ -108,15 +126,20 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if let Some(mut file) = pairs_out {
         file.flush()?;
     }
-    print_rows(out, &rows, args.budget_us)?;
-    summary::print(out, &rows, args.budget_us, recording.truth.is_some())?;
+    print_rows(out, &rows)?;
+    summary::print(out, &rows, recording.truth.is_some())?;
     if let Some(file) = &args.view {
         report::write(file, args.page(&recording, &reported, &rows).html()?)?;
     }
-    Ok(Completion::Full)
+    Ok(completion)
 }
 
 impl Args {
+    /// Whether the scene is to be asked for more than which bodies meet.
+    fn asks(&self) -> bool {
+        self.mode == ModeName::All || self.questions.any()
+    }
+
     /// The page of a play, with the pairs reported in each frame.
     fn page(&self, recording: &Recording, reported: &[Known], rows: &[FrameRow]) -> View {
         let frame = |number: usize| {
@@ -156,9 +179,9 @@ impl Args {
 
     fn settings(&self) -> Settings<'_> {
         let budget = match (self.budget_us, self.budget_work) {
-            (Some(limit), _) => Budget::time(limit),
-            (None, Some(limit)) => Budget::work(limit),
-            (None, None) => Budget::unlimited(),
+            (Some(limit), _) => Some(Budget::time(limit)),
+            (None, Some(limit)) => Some(Budget::work(limit)),
+            (None, None) => None,
         };
         let mode = match self.mode {
             ModeName::Any => Mode::Any,
@@ -169,6 +192,7 @@ impl Args {
         Settings {
             mode,
             budget,
+            plain: self.plain,
             clock,
             threads,
             frames: self.frames,
@@ -196,17 +220,13 @@ fn write_pair(out: &mut impl Write, frame: usize, pair: &PairReport) -> std::io:
     )
 }
 
-fn print_rows(
-    out: &mut impl Write,
-    rows: &[FrameRow],
-    budget: Option<Duration>,
-) -> std::io::Result<()> {
+fn print_rows(out: &mut impl Write, rows: &[FrameRow]) -> std::io::Result<()> {
     writeln!(
         out,
         "frame,broad_pairs,decided,hits,undecided,wall_ns,cpu_ns,overrun_ns,bv_tests,work"
     )?;
     for (frame, row) in rows.iter().enumerate() {
-        let (undecided, overrun) = (row.broad_pairs - row.decided, row.overrun(budget));
+        let (undecided, overrun) = (row.broad_pairs - row.decided, row.overrun());
         writeln!(
             out,
             "{frame},{},{},{},{undecided},{},{},{},{},{}",

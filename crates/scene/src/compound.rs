@@ -104,6 +104,14 @@ impl Scene {
         let parts = parts.into_iter().map(insert).collect::<Result<_, _>>()?;
         self.compounds.parts.insert(id, parts);
         self.compounds.count += 1;
+        record!(self, |scene, recorder| {
+            let parts = scene.compounds.get(id)?.iter();
+            let parts = parts.map(|part| recorder.part(scene, part.body, part.place));
+            Ok(crate::record::Call::InsertCompound(
+                pose,
+                parts.collect::<Result<_, _>>()?,
+            ))
+        });
         Ok(id)
     }
 
@@ -186,6 +194,7 @@ impl Scene {
         for part in parts {
             self.bodies_mut().remove(part.body)?;
         }
+        record!(self, RemoveCompound(id));
         Ok(())
     }
 }

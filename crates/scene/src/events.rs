@@ -51,6 +51,7 @@ impl Scene {
     pub fn track_contacts(&mut self) {
         (self.events.on, self.is_known) = (true, false);
         self.events.reserve(self.pairs.room(), &mut self.report);
+        record!(self, TrackContacts);
     }
 }
 

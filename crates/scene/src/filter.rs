@@ -73,6 +73,7 @@ impl Scene {
         let number = number.unwrap_or(names.len());
         if number == names.len() {
             self.bodies_mut().groups.names.push(name.into());
+            record!(self, Group(name.into()));
         }
         GroupId::new(number as u64, self.bodies.scene)
     }
@@ -101,7 +102,9 @@ impl Scene {
             bodies.note(id.index());
             bodies.set_pending(id.index, Change::Place);
             Ok(())
-        })
+        })?;
+        record!(self, SetGroup(id, group));
+        Ok(())
     }
 
     /// The group of a body.
@@ -128,6 +131,7 @@ impl Scene {
         self.group_name(x).and(self.group_name(y))?;
         let pair = [x, y].map(|group| group.to_bits() as u32);
         self.bodies_mut().ignore_groups(pair, ignores);
+        record!(self, IgnoreGroups(x, y, ignores));
         Ok(())
     }
 }

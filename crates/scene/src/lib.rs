@@ -37,6 +37,21 @@ extern crate alloc;
 // in the next frame where it stopped. The report counts what was not reached: bodies not placed,
 // bodies with possibly unknown partners, pairs not listed, and pairs not decided.
 
+/// Writes a call of a scene to its recording, if it has one.
+#[cfg(feature = "record")]
+macro_rules! record {
+    ($scene:ident, $call:ident $($arguments:tt)?) => {
+        $scene.record(|_, _| Ok(crate::record::Call::$call $($arguments)?))
+    };
+    ($scene:ident, $call:expr) => {
+        $scene.record($call)
+    };
+}
+#[cfg(not(feature = "record"))]
+macro_rules! record {
+    ($($call:tt)*) => {};
+}
+
 mod ask;
 mod body;
 mod broad;
@@ -52,6 +67,8 @@ mod filter;
 mod frame;
 mod id;
 mod pair;
+#[cfg(feature = "record")]
+mod record;
 mod report;
 mod room;
 mod schedule;
@@ -67,6 +84,8 @@ pub use certificate::PairCertificate;
 pub use error::SceneError;
 pub use filter::Filter;
 pub use id::{BodyId, CompoundId, GroupId, MeasureId};
+#[cfg(feature = "record")]
+pub use record::Replay;
 pub use report::{
     BodyContact, ContactPhase, GroupDistance, PairDistance, PairPassage, PairReport, Report,
 };
@@ -155,6 +174,8 @@ pub struct Scene {
     compounds: Compounds,
     #[cfg(feature = "parallel")]
     workers: Option<Workers>,
+    #[cfg(feature = "record")]
+    recorder: Option<Box<record::Recorder>>,
 }
 
 impl Scene {
@@ -178,6 +199,8 @@ impl Scene {
             compounds: Compounds::default(),
             #[cfg(feature = "parallel")]
             workers: None,
+            #[cfg(feature = "record")]
+            recorder: None,
         }
     }
 
@@ -186,6 +209,7 @@ impl Scene {
     pub fn set_mode(&mut self, mode: Mode) {
         if self.mode != mode {
             (self.mode, self.asked_since, self.is_known) = (mode, self.next_frame(), false);
+            record!(self, SetMode(mode));
         }
     }
 
@@ -193,6 +217,7 @@ impl Scene {
     /// [`Reach::Here`].
     pub fn set_reach(&mut self, reach: Reach) {
         (self.reach, self.is_known) = (reach, false);
+        record!(self, SetReach(reach));
     }
 
     /// Sets the maximum number of pairs of near bodies that are kept; by default 1,048,576. A pair
@@ -203,6 +228,7 @@ impl Scene {
     pub fn set_max_pairs(&mut self, pairs: usize) {
         self.pairs.most = pairs.min(schedule::pairs::LIMIT);
         self.is_known = false;
+        record!(self, SetMaxPairs(pairs));
     }
 
     /// Shares the work of [`Scene::detect`] among `threads` threads, including the caller's. Queries
@@ -237,6 +263,7 @@ impl Scene {
         self.pairs.reserve(&mut self.broad, pairs);
         self.schedule.reserve(self.pairs.room(), &mut self.report);
         self.events.reserve(self.pairs.room(), &mut self.report);
+        record!(self, Reserve(bodies, pairs));
     }
 
     /// Inserts a body.
@@ -245,7 +272,12 @@ impl Scene {
     /// If its pose, importance or margin is invalid; the error has the id that the body would have
     /// had. Or if no id is left.
     pub fn insert(&mut self, body: Body) -> Result<BodyId, SceneError> {
-        self.insert_part(body, None)
+        let id = self.insert_part(body, None)?;
+        record!(self, |scene, recorder| {
+            let pose = scene.body(id)?.pose;
+            Ok(record::Call::Insert(recorder.part(scene, id, pose)?))
+        });
+        Ok(id)
     }
 
     fn insert_part(
@@ -270,6 +302,7 @@ impl Scene {
     pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
         let Placed { body, compound, .. } = self.edit(|bodies| bodies.remove(id))?;
         self.compounds.forget(compound, id);
+        record!(self, Remove(id));
         Ok(body)
     }
 
@@ -294,6 +327,7 @@ impl Scene {
         self.bodies.get(id)?;
         let names = &mut Arc::make_mut(&mut self.bodies).names;
         names.insert(id.index, name.into());
+        record!(self, SetName(id, name.into()));
         Ok(())
     }
 
@@ -352,6 +386,7 @@ impl Scene {
             checks::pose(id, &pose)?;
             let frame = self.next_frame();
             self.edit(|bodies| bodies.go(id, frame, &pose))?;
+            record!(self, SetPose(id, pose));
         }
         Ok(())
     }
@@ -378,7 +413,12 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene.
     pub fn set_tree(&mut self, id: BodyId, tree: Arc<Tree>) -> Result<(), SceneError> {
-        self.with_new_mesh(|scene| scene.change(id, |placed| placed.body.tree = tree))
+        self.with_new_mesh(|scene| scene.change(id, |placed| placed.body.tree = tree))?;
+        record!(self, |scene, recorder| {
+            let number = recorder.tree(&scene.body(id)?.tree);
+            Ok(record::Call::SetTree(id, number))
+        });
+        Ok(())
     }
 
     /// Runs a change that brings a mesh, which may be the largest so far.
@@ -398,6 +438,10 @@ impl Scene {
     /// If the body is not in the scene.
     pub fn tree_mut(&mut self, id: BodyId) -> Result<&mut Tree, SceneError> {
         self.change(id, |_| ())?;
+        #[cfg(feature = "record")]
+        if let Some(recorder) = &mut self.recorder {
+            recorder.open_trees.push(id);
+        }
         Ok(Arc::make_mut(&mut self.bodies_mut().get_mut(id)?.body.tree))
     }
 
@@ -408,6 +452,7 @@ impl Scene {
     pub fn set_filter(&mut self, id: BodyId, filter: Filter) -> Result<(), SceneError> {
         self.change(id, |placed| placed.body.filter = filter)?;
         self.bodies_mut().set_pending(id.index, Change::Place);
+        record!(self, SetFilter(id, filter));
         Ok(())
     }
 
@@ -423,6 +468,7 @@ impl Scene {
             Ok(())
         })?;
         self.bodies_mut().set_pending(x.index, Change::Place);
+        record!(self, Ignore(x, y, ignores));
         Ok(())
     }
 
@@ -432,7 +478,9 @@ impl Scene {
     /// If the body is not in the scene, or the importance is NaN.
     pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
         let importance = checks::importance(id, importance)?;
-        self.edit(|bodies| bodies.set_importance(id, importance))
+        self.edit(|bodies| bodies.set_importance(id, importance))?;
+        record!(self, SetImportance(id, importance));
+        Ok(())
     }
 
     /// Finds which bodies meet, within a budget for the whole frame.
@@ -506,6 +554,7 @@ impl Scene {
         #[cfg(feature = "parallel")]
         let by_system = budget.is_by_system();
         let (budget, clock) = budget.parts();
+        record!(self, Detect(budget));
         #[cfg(feature = "parallel")]
         if by_system && let Some(workers) = self.workers.take() {
             self.frame(budget, clock, &workers);
@@ -545,6 +594,7 @@ impl Scene {
     /// Sets a correction that was learned before, for example by another scene with similar parts.
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.schedule.calibration = calibration;
+        record!(self, SetCalibration(calibration));
     }
 
     /// The bodies, for a change that cannot fail. The last report may no longer hold.

@@ -76,14 +76,19 @@ impl Questions {
         Ok(())
     }
 
-    /// Opens the files of what is asked, and reads the rays.
-    pub fn open(&self) -> Result<Answers, Failure> {
+    /// Whether the scene is asked anything.
+    pub fn any(&self) -> bool {
+        self.contacts || self.events || self.motions || !self.measure.is_empty()
+    }
+
+    /// Opens the files of what is asked, or of `all` answers, and reads the rays.
+    pub fn open(&self, all: bool) -> Result<Answers, Failure> {
         let rays = self.rays.as_deref().map_or(Ok(Vec::new()), read_rays)?;
         if let Some(folder) = &self.answers {
             report::create_folder(folder)?;
         }
         let table = |asked: bool, name: &str, columns: &str| {
-            let folder = self.answers.as_ref().filter(|_| asked);
+            let folder = self.answers.as_ref().filter(|_| asked || all);
             let mut table = Table(
                 folder
                     .map(|folder| File::create(folder.join(name)).map(BufWriter::new))
@@ -112,7 +117,7 @@ impl Questions {
                 "frame,ray,body,triangle,t,side",
             )?,
             rays,
-            locates: self.contacts,
+            locates: self.contacts || all,
         })
     }
 }

@@ -4,7 +4,8 @@
 //! `frame,body,px,py,pz,qw,qx,qy,qz`; `truth_pairs.csv` the columns `frame,a,b`, a < b, of the pairs that intersect.
 
 use std::collections::HashMap;
-use std::io::Read;
+use std::fs::File;
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -13,11 +14,12 @@ use punctual::glam::{DQuat, DVec3};
 use punctual::{BuildOptions, Pose, Tree};
 use punctual_io::FileError;
 use punctual_io::text::{decode, fields, lines, number, shorten};
-use punctual_scene::Body;
+use punctual_scene::{Body, Replay};
 
 use crate::input::MeshArgs;
 
 /// A scene and its motion.
+#[derive(Default)]
 pub struct Recording {
     /// By the numbers in the file.
     pub bodies: Vec<Body>,
@@ -27,10 +29,18 @@ pub struct Recording {
     pub frames: Vec<Vec<Pose>>,
     /// The pairs of each frame that intersect, ascending; if there is such a file.
     pub truth: Option<Vec<Vec<[u32; 2]>>>,
+    /// A file of the calls of a scene, in place of all this.
+    pub calls: Option<PathBuf>,
 }
 
 impl Recording {
     pub fn load(folder: &Path, meshes: &MeshArgs) -> Result<Self, FileError> {
+        if folder.is_file() {
+            return Ok(Self {
+                calls: Some(folder.to_owned()),
+                ..Self::default()
+            });
+        }
         let list = folder.join("scene.txt");
         let parts = parts(&list, folder, meshes)?;
         let poses = either(folder, "poses.csv").unwrap_or_else(|| folder.join("poses.csv"));
@@ -56,7 +66,17 @@ impl Recording {
             meshes,
             frames,
             truth,
+            calls: None,
         })
+    }
+
+    /// Begins with the calls of the file, if it is one.
+    pub fn replay(&self) -> Result<Option<Replay<Box<dyn Read>>>, FileError> {
+        let open = |file: &PathBuf| {
+            let error = |error| FileError::from_io(file, &error);
+            Ok(Replay::new(unpacked(file).map_err(error)?))
+        };
+        self.calls.as_ref().map(open).transpose()
     }
 }
 
@@ -68,16 +88,22 @@ fn either(folder: &Path, name: &str) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
+/// The content of a file, unpacked if its name says that it is packed.
+fn unpacked(file: &Path) -> io::Result<Box<dyn Read>> {
+    let content = File::open(file)?;
+    Ok(
+        if file.extension().is_some_and(|extension| extension == "gz") {
+            Box::new(BufReader::new(GzDecoder::new(content)))
+        } else {
+            Box::new(BufReader::new(content))
+        },
+    )
+}
+
 fn read(file: &Path) -> Result<String, FileError> {
     let read = || {
-        let bytes = std::fs::read(file)?;
-        let mut unpacked = Vec::new();
-        let bytes = if file.extension().is_some_and(|extension| extension == "gz") {
-            GzDecoder::new(&*bytes).read_to_end(&mut unpacked)?;
-            unpacked
-        } else {
-            bytes
-        };
+        let mut bytes = Vec::new();
+        unpacked(file)?.read_to_end(&mut bytes)?;
         Ok(decode(&bytes).into_owned())
     };
     read().map_err(|error| FileError::from_io(file, &error))

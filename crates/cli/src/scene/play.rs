@@ -5,12 +5,15 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use cpu_time::{ProcessTime, ThreadTime};
-use punctual::{Budget, Clock, Mode, Motion, Verdict};
+use punctual::{Budget, Clock, Mode, Motion, Verdict, Workspace};
+use punctual_io::FileError;
 use punctual_lab::report::Failure;
 use punctual_scene::{BodyId, PairReport, Report, Scene, SceneError};
 
 use super::answers::{Counts, Questions};
 use super::files::Recording;
+use super::plain;
+use crate::{Completion, complain};
 
 /// What is measured and counted of one frame.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +28,8 @@ pub struct FrameRow {
     pub cpu: Duration,
     /// The part of the detection, which has the budget.
     pub detect_cpu: Duration,
+    /// The budget of time, if there is one.
+    pub limit: Option<Duration>,
     pub bv_tests: u64,
     pub work: u64,
     /// Against the truth, if it is known: intersecting pairs, those of them that were reported, and wrong verdicts.
@@ -98,7 +103,10 @@ impl Clock for CpuClock {
 #[derive(Clone, Copy)]
 pub struct Settings<'q> {
     pub mode: Mode,
-    pub budget: Budget,
+    /// In place of the recorded one, or of none.
+    pub budget: Option<Budget>,
+    /// By a plain loop in place of the scene.
+    pub plain: bool,
     pub clock: ClockName,
     pub threads: usize,
     pub frames: usize,
@@ -106,23 +114,41 @@ pub struct Settings<'q> {
     pub questions: &'q Questions,
 }
 
-/// Plays the recording, several times over for the least times. `seen` gets the reports of the first play.
+/// Plays the recording, several times over for the least times. `seen` gets the reports of the first play. A file of calls
+/// is played up to its first fault.
 pub fn play(
     recording: &Recording,
     settings: &Settings,
     mut seen: impl FnMut(usize, &Report) -> std::io::Result<()>,
-) -> Result<Vec<FrameRow>, Failure> {
+) -> Result<(Vec<FrameRow>, Completion), Failure> {
     let mut rows: Vec<FrameRow> = Vec::new();
-    let mut answers = settings.questions.open()?;
+    let mut answers = settings.questions.open(recording.calls.is_some())?;
     for _ in 0..settings.plays {
         let (mut scene, ids) = set_up(recording, settings)?;
-        let cpu_clock = CpuClock::start();
-        for (number, poses) in recording.frames.iter().take(settings.frames).enumerate() {
+        let mut replay = recording.replay()?;
+        let (cpu_clock, mut workspace) = (CpuClock::start(), Workspace::new());
+        for number in 0..settings.frames {
+            let recorded = match (&mut replay, &recording.calls) {
+                (Some(replay), Some(file)) => replay
+                    .next_frame(&mut scene)
+                    .map_err(|error| FileError::from_io(file, &error)),
+                _ => Ok((number < recording.frames.len()).then(Budget::unlimited)),
+            };
+            let budget = match recorded {
+                Ok(None) => break,
+                Ok(Some(recorded)) => settings.budget.unwrap_or(recorded),
+                Err(error) if rows.is_empty() => return Err(error.into()),
+                Err(error) => {
+                    complain(&error);
+                    return Ok((rows, Completion::Partial));
+                }
+            };
             let (wall, cpu) = (Instant::now(), ProcessTime::now());
             let next = recording
                 .frames
                 .get(number + 1)
                 .filter(|_| settings.questions.moves());
+            let poses = recording.frames.get(number).into_iter().flatten();
             for (body, (&id, &pose)) in ids.iter().zip(poses).enumerate() {
                 match next {
                     Some(next) => scene.set_motion(id, Motion::screw(pose, next[body])?)?,
@@ -130,10 +156,14 @@ pub fn play(
                 }
             }
             let (posed, taken) = (cpu.elapsed(), cpu_clock.taken());
+            let mut rival = None;
             match settings.clock {
-                ClockName::Wall => scene.detect(settings.budget),
-                ClockName::Cpu => scene.detect(settings.budget.clock(&cpu_clock)),
-            };
+                _ if settings.plain => {
+                    rival = Some(plain::detect(&scene, &mut workspace, budget, &cpu_clock)?);
+                }
+                ClockName::Wall => _ = scene.detect(budget),
+                ClockName::Cpu => _ = scene.detect(budget.clock(&cpu_clock)),
+            }
             let report = scene.report();
             let (wall, cpu) = (
                 wall.elapsed(),
@@ -153,11 +183,20 @@ pub fn play(
                 wall,
                 cpu,
                 detect_cpu,
+                limit: budget.time_limit(),
                 bv_tests: report.bv_tests,
                 work: report.work,
                 ..FrameRow::default()
             };
-            if let Some(truth) = &recording.truth {
+            if let Some(rival) = rival {
+                row = FrameRow {
+                    wall,
+                    cpu,
+                    detect_cpu,
+                    limit: row.limit,
+                    ..rival
+                };
+            } else if let Some(truth) = &recording.truth {
                 let known = |body: u32| {
                     report.unlisted == 0 && scene.partners_known(ids[body as usize]) == Ok(true)
                 };
@@ -168,7 +207,7 @@ pub fn play(
             rows.push(row);
         }
     }
-    Ok(rows)
+    Ok((rows, Completion::Full))
 }
 
 fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<BodyId>), Failure> {

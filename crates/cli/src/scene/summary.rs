@@ -7,11 +7,10 @@ use super::answers::Counts;
 use super::play::FrameRow;
 
 impl FrameRow {
-    /// CPU time of the detection beyond a budget.
-    pub fn overrun(&self, budget: Option<Duration>) -> Duration {
-        budget.map_or(Duration::ZERO, |limit| {
-            self.detect_cpu.saturating_sub(limit)
-        })
+    /// CPU time of the detection beyond its budget.
+    pub fn overrun(&self) -> Duration {
+        self.detect_cpu
+            .saturating_sub(self.limit.unwrap_or(Duration::MAX))
     }
 }
 
@@ -30,12 +29,12 @@ pub struct Summary {
 }
 
 impl Summary {
-    pub fn of(rows: &[FrameRow], budget: Option<Duration>) -> Self {
+    pub fn of(rows: &[FrameRow]) -> Self {
         let sum = |count: fn(&FrameRow) -> usize| rows.iter().map(count).sum::<usize>();
         Self {
             wall: quantiles(rows.iter().map(|row| row.wall)),
             cpu: quantiles(rows.iter().map(|row| row.cpu)),
-            overrun: quantiles(rows.iter().map(|row| row.overrun(budget))),
+            overrun: quantiles(rows.iter().map(FrameRow::overrun)),
             worst_age: rows.iter().map(|row| row.worst_age).max().unwrap_or(0),
             decided: sum(|row| row.decided) as f64 / sum(|row| row.broad_pairs).max(1) as f64,
             true_hits: sum(|row| row.true_hits),
@@ -62,13 +61,8 @@ fn quantiles(times: impl Iterator<Item = Duration>) -> [Duration; 3] {
     [last / 2, (last * 99).div_ceil(100), last].map(|at| times.get(at).copied().unwrap_or_default())
 }
 
-pub fn print(
-    out: &mut impl Write,
-    rows: &[FrameRow],
-    budget: Option<Duration>,
-    truth: bool,
-) -> io::Result<()> {
-    let summary = Summary::of(rows, budget);
+pub fn print(out: &mut impl Write, rows: &[FrameRow], truth: bool) -> io::Result<()> {
+    let summary = Summary::of(rows);
     let ms = |times: [Duration; 3]| times.map(|time| format!("{:.4}", time.as_secs_f64() * 1e3));
     for (name, times) in [
         ("wall", summary.wall),

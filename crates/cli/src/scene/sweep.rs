@@ -20,10 +20,10 @@ pub fn run(
     out: &mut impl Write,
 ) -> Result<(), Failure> {
     let unlimited = Settings {
-        budget: Budget::unlimited(),
+        budget: None,
         ..*settings
     };
-    let free = Summary::of(&play(recording, &unlimited, |_, _| Ok(()))?, None);
+    let free = Summary::of(&play(recording, &unlimited, |_, _| Ok(()))?.0);
     let [median, p99, max] = free.cpu.map(|time| time.as_secs_f64() * 1e6);
     writeln!(
         out,
@@ -37,15 +37,15 @@ pub fn run(
     let (mut found, mut decided) = (vec![], vec![]);
     for part in PARTS {
         let limit = free.cpu[0].mul_f64(part);
-        let rows = play(
+        let (rows, _) = play(
             recording,
             &Settings {
-                budget: Budget::time(limit),
+                budget: Some(Budget::time(limit)),
                 ..*settings
             },
             |_, _| Ok(()),
         )?;
-        let summary = Summary::of(&rows, Some(limit));
+        let summary = Summary::of(&rows);
         found.push([100.0 * part, summary.found()]);
         decided.push([100.0 * part, summary.decided]);
         let us = |time: std::time::Duration| time.as_secs_f64() * 1e6;

@@ -1,12 +1,16 @@
 //! `punctual scene` from outside.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::sync::Arc;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use punctual::shapes::icosphere;
+use punctual::{Budget, Pose, Tree};
+use punctual_scene::{Body, Scene};
 
-use crate::run::Folder;
+use crate::run::{Answer, Folder};
 use crate::view::Page;
 use crate::write;
 
@@ -335,6 +339,36 @@ fn a_small_budget_leaves_pairs_undecided_and_says_so() {
 }
 
 #[test]
+fn a_plain_loop_finds_the_same_without_a_budget_and_less_with_one() {
+    let folder = recording();
+    let play = |options: &str| {
+        let answer = folder.run(&format!("scene . --clock cpu {options}"));
+        assert_eq!((answer.status, &*answer.err), (0, ""));
+        rows(&answer.out)
+    };
+    let (scene, plain) = (play(""), play("--plain"));
+    assert_eq!(scene.len(), plain.len());
+    for (scene, plain) in scene.iter().zip(&plain) {
+        assert_eq!(scene[..5], plain[..5]);
+    }
+    let cut = play("--plain --budget-work 100");
+    assert!(
+        cut.iter().any(|row| row[4] > 0)
+            && cut
+                .iter()
+                .zip(&plain)
+                .all(|(cut, plain)| cut[3] <= plain[3])
+    );
+    assert!(play("--plain --budget-us 0").iter().all(|row| row[2] == 0));
+    folder
+        .run("scene . --plain")
+        .assert_refused(&["--clock cpu"]);
+    folder
+        .run("scene . --plain --clock cpu --contacts")
+        .assert_refused(&["only which bodies meet"]);
+}
+
+#[test]
 fn a_sweep_gives_a_line_for_each_budget() {
     let answer = recording().run("scene . --sweep");
     let mut lines = answer.out.lines().filter(|line| !line.starts_with('#'));
@@ -410,4 +444,90 @@ fn faults_name_the_file_and_the_line() {
             .status,
         2
     );
+}
+
+#[test]
+fn a_file_of_the_calls_of_a_scene_is_played_up_to_its_first_fault() {
+    let folder = Folder::new();
+    let ball = Arc::new(Tree::new(icosphere(2)));
+    let file = File::create(folder.path().join("odd.jsonl")).unwrap();
+    let mut scene = Scene::recorded(BufWriter::new(file));
+    let at = |x: f64| Pose::from_quat([0.0, 0.0, 0.0, 1.0], [x, 0.1, 0.0]).unwrap();
+    let fixed = scene
+        .insert(Body::fixed(Arc::clone(&ball), at(0.0)))
+        .unwrap();
+    scene.find_contacts();
+    let mut rows = Vec::new();
+    for frame in 0..FRAMES {
+        let x = 3.0 - 0.5 * frame as f64;
+        let new = scene
+            .insert(Body::moving(Arc::clone(&ball), at(x)))
+            .unwrap();
+        scene.measure(fixed, new, 0.1).unwrap();
+        let report = scene.detect(Budget::work(3000));
+        let [pairs, open] = [report.pairs.len() + report.unlisted, report.undecided()];
+        let told = [
+            frame,
+            pairs,
+            report.decided,
+            report.intersecting,
+            open + report.unlisted,
+        ];
+        let work = [report.bv_tests, report.work];
+        rows.push(
+            told.map(|count| count as u64)
+                .into_iter()
+                .chain(work)
+                .collect::<Vec<_>>(),
+        );
+    }
+    scene.stop_recording().unwrap();
+    let played = |answer: &Answer| {
+        let rows = rows_of_counts(&answer.out);
+        assert!(rows.iter().any(|row| row[4] > 0), "a budget cuts it");
+        rows
+    };
+    let text = folder.read("odd.jsonl");
+    let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
+    packed.write_all(text.as_bytes()).unwrap();
+    folder.write("odd.jsonl.gz", packed.finish().unwrap());
+    for file in ["odd.jsonl", "odd.jsonl.gz --threads 2"] {
+        let answer = folder.run(&format!("scene {file}"));
+        assert_eq!((answer.status, &*answer.err), (0, ""));
+        assert_eq!(played(&answer), rows);
+    }
+    folder.write("cut.jsonl", &text[..text.len() - 10]);
+    let answer = folder.run("scene cut.jsonl");
+    assert_eq!(answer.status, 1);
+    let lines = text.lines().count();
+    assert!(
+        answer.err.contains("cut.jsonl: ") && answer.err.contains(&format!("line {lines}")),
+        "{}",
+        answer.err
+    );
+    assert_eq!(played(&answer), rows[..FRAMES - 1]);
+    let freely = folder.run("scene odd.jsonl --budget-work 1000000000 --answers told");
+    assert!(rows_of_counts(&freely.out).iter().all(|row| row[4] == 0));
+    let told = ["contacts", "distances"].map(|name| table(&folder, &format!("told/{name}.csv")));
+    assert_eq!(
+        told[1].len(),
+        FRAMES * (FRAMES + 1) / 2,
+        "every distance, in every frame"
+    );
+    assert!(!told[0].is_empty());
+    folder.write("mesh.obj", "v 1 2 3\n");
+    folder
+        .run("scene mesh.obj")
+        .assert_refused(&["mesh.obj: ", "line 1"]);
+    folder
+        .run("scene odd.jsonl --mode all")
+        .assert_refused(&["its own mode"]);
+}
+
+/// The rows without their times.
+fn rows_of_counts(output: &str) -> Vec<Vec<u64>> {
+    let rows = rows(output);
+    rows.iter()
+        .map(|row| [&row[..5], &row[8..]].concat())
+        .collect()
 }

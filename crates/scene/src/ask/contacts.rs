@@ -172,6 +172,7 @@ impl Scene {
             between.push(filter);
         }
         self.make_room_for_contacts();
+        record!(self, FindContactsBetween(filter));
     }
 
     /// Ends [`Scene::find_contacts_between`] of this filter, or, with [`Filter::default`],
@@ -180,6 +181,7 @@ impl Scene {
     pub fn stop_finding_contacts_between(&mut self, filter: Filter) {
         let between = &mut self.bodies_mut().contact_requests.between;
         between.retain(|other| *other != filter);
+        record!(self, StopFindingContactsBetween(filter));
     }
 
     /// Finds contacts of two bodies, whenever they are within their margins:
@@ -191,6 +193,7 @@ impl Scene {
         let key = self.bodies.key(x, y)?;
         self.bodies_mut().contact_requests.chosen.insert(key);
         self.make_room_for_contacts();
+        record!(self, FindContactsOf(x, y));
         Ok(())
     }
 
@@ -223,6 +226,7 @@ impl Scene {
     /// If it is not from 0 to 2^1000.
     pub fn set_look_ahead(&mut self, length: f64) -> Result<(), SceneError> {
         self.bodies_mut().contact_requests.look_ahead = checks::look_ahead(length)?;
+        record!(self, SetLookAhead(length));
         Ok(())
     }
 
@@ -235,6 +239,7 @@ impl Scene {
         let key = self.bodies.key(x, y)?;
         if self.bodies.contact_requests.chosen.contains(&key) {
             self.bodies_mut().contact_requests.chosen.remove(&key);
+            record!(self, StopFindingContactsOf(x, y));
         }
         Ok(())
     }

@@ -44,7 +44,9 @@ impl Scene {
     /// If the body is not in the scene, or the margin is not from 0 to 2^1000.
     pub fn set_margin(&mut self, id: BodyId, margin: f64) -> Result<(), SceneError> {
         let margin = checks::length(id, margin)?;
-        self.change(id, |placed| placed.body.margin = margin)
+        self.change(id, |placed| placed.body.margin = margin)?;
+        record!(self, SetMargin(id, margin));
+        Ok(())
     }
 
     /// Measures the distance of two bodies in every frame from now on, wherever they are, if they
@@ -89,6 +91,7 @@ impl Scene {
         bodies.renew(y.index, true, frame)?;
         self.pairs.insert(&[key]);
         self.pairs.grow_known(&mut self.broad, false);
+        record!(self, Measure(x, y, tolerance));
         Ok(())
     }
 
@@ -146,7 +149,9 @@ impl Scene {
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
         bodies.distance_requests.pairs.remove(&key);
         bodies.stop_measuring(x.index, frame)?;
-        bodies.stop_measuring(y.index, frame)
+        bodies.stop_measuring(y.index, frame)?;
+        record!(self, StopMeasuring(x, y));
+        Ok(())
     }
 
     /// Measures the least distance between two groups of bodies in every frame from now on, for
@@ -221,6 +226,7 @@ impl Scene {
         self.pairs.grow_known(&mut self.broad, false);
         self.schedule
             .reserve_groups(self.bodies.distance_requests.groups.len(), &mut self.report);
+        record!(self, MeasureGroups(x.into(), y.into(), tolerance));
         Ok(id)
     }
 
@@ -236,7 +242,9 @@ impl Scene {
             stopped
                 .into_iter()
                 .try_for_each(|body| bodies.stop_measuring(body, frame))
-        })
+        })?;
+        record!(self, StopMeasuringGroups(id));
+        Ok(())
     }
 }
 

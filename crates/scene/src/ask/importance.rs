@@ -84,6 +84,7 @@ impl Scene {
         // One zero, so that the order of the bits is that of the numbers.
         let weights = &mut self.bodies_mut().weights;
         (weights.of[question as usize], weights.any) = (importance + 0.0, true);
+        record!(self, SetQuestionImportance(question, importance));
         Ok(())
     }
 }

@@ -56,6 +56,7 @@ impl Scene {
                 none => *none = Some(Box::new(motion)),
             }
         })?;
+        record!(self, SetMotion(id, motion));
         Ok(())
     }
 

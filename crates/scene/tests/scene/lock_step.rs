@@ -3,27 +3,23 @@
 
 use punctual::Budget;
 use punctual::glam::DVec3;
-use punctual_scene::BodyId;
+use punctual_scene::{BodyId, Scene};
 
 use crate::world::World;
 
 /// All that a frame says.
-fn said(world: &World) -> String {
-    let ids: Vec<BodyId> = world.scene.bodies().map(|(id, _)| id).collect();
-    let distances: Vec<_> = world.scene.distances().collect();
-    let passages: Vec<_> = world.scene.passages().collect();
+pub fn said(scene: &Scene) -> String {
+    let ids: Vec<BodyId> = scene.bodies().map(|(id, _)| id).collect();
+    let distances: Vec<_> = scene.distances().collect();
+    let passages: Vec<_> = scene.passages().collect();
     let mut said = format!(
         "{:?} {:?} {distances:?} {passages:?}",
-        world.scene.report(),
-        world.scene.calibration()
+        scene.report(),
+        scene.calibration()
     );
     for (i, &a) in ids.iter().enumerate() {
         for &b in &ids[..i] {
-            said += &format!(
-                "{:?} {:?}",
-                world.scene.contacts(a, b),
-                world.scene.certificate(a, b)
-            );
+            said += &format!("{:?} {:?}", scene.contacts(a, b), scene.certificate(a, b));
         }
     }
     said
@@ -56,7 +52,7 @@ fn frames_without_a_budget_and_of_work_say_the_same_on_any_number_of_threads() {
                     _ => Budget::work(1 << (8 + world.random.below(10))),
                 };
                 world.scene.detect(budget);
-                said(world)
+                said(&world.scene)
             });
             assert_eq!(said[0], said[1], "seed {seed}, frame {frame}, two threads");
             assert_eq!(said[0], said[2], "seed {seed}, frame {frame}, four threads");
