@@ -85,10 +85,12 @@ const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
-/// A frame is tight if more than one of `FEW_LEFT` pairs that met was left open in the last one. At
-/// least `LEAST_TIGHT` frames after it are tight too.
-const FEW_LEFT: usize = 16;
+/// A frame that was cut makes the next ones tight if less than one of `LITTLE` parts of its time was
+/// left for its rounds: `LEAST_TIGHT` frames, and twice as many each time that the one after them is
+/// like that, at most `MOST_TIGHT`.
+const LITTLE: u32 = 4;
 const LEAST_TIGHT: u64 = 16;
+const MOST_TIGHT: u64 = 256;
 
 /// Minimum number of known pairs per part of the list if their jobs are short.
 const PART: usize = 64;
@@ -122,10 +124,9 @@ pub(crate) struct Schedule {
     speed: Speed,
     /// Time of a list after its deadline.
     closing: Reserved,
-    /// True if frames of a budget of time search before their broad phase.
-    is_tight: bool,
-    /// The first frame after which they need not.
+    /// The first frame that is not tight, and the number of tight ones before it.
     tight_until: u64,
+    tight: u64,
     /// Time from the collection of the last job to the end of the frame, without estimates.
     rest: Reserved,
     /// The correction of the estimated probabilities.
@@ -208,7 +209,7 @@ impl Schedule {
             && frame.is_timed()
             && frame.budget.work_limit().is_none()
             && frame.bodies.changed > 0;
-        let searches = is_short && self.is_tight;
+        let searches = is_short && frame.number < self.tight_until;
         let after =
             |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
         let (end, latest_end) = (after(REVISIT), after(LATEST));
@@ -274,6 +275,7 @@ impl Schedule {
         let mut round = Round::to_the_end(frame.number, frame.mode, end);
         let mut lap = None;
         frame.lap(&mut lap);
+        let for_rounds = end.zip(lap).map(|(end, now)| end.saturating_sub(now));
         let total = self.left(frame, end.zip(lap), 0);
         let least = frame.bodies.least_work();
         for number in 0..ROUNDS {
@@ -310,6 +312,16 @@ impl Schedule {
                 break;
             }
         }
+        if frame.number >= self.tight_until {
+            let is_cut = self.open > 0 || report.unlisted > 0;
+            let little = for_rounds.is_some_and(|left| LITTLE * left < frame.times[1]);
+            self.tight = if is_cut && little {
+                (2 * self.tight).clamp(LEAST_TIGHT, MOST_TIGHT)
+            } else {
+                0
+            };
+            self.tight_until = frame.number + 1 + self.tight;
+        }
         self.tell(frame, found, report, estimates, lap)
     }
 
@@ -328,13 +340,6 @@ impl Schedule {
             self.estimate(frame, found.pairs, report)
         });
         self.turns.end_frame(&self.jobs);
-        if self.is_tight {
-            self.is_tight = self.revisit.is_pressed || frame.number < self.tight_until;
-        } else {
-            let left = self.left_of_met(found.pairs, report);
-            self.is_tight = FEW_LEFT * left > self.revisit.found.len() + left;
-            self.tight_until = frame.number + LEAST_TIGHT;
-        }
         let telling = self.tell_groups(frame, found, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
@@ -345,18 +350,6 @@ impl Schedule {
             self.rest.learn(took, most);
         }
         lap
-    }
-
-    /// Number of pairs that met before and are left open. Of the pairs not listed, as many count as
-    /// of the others met.
-    fn left_of_met(&self, pairs: &Pairs, report: &Report) -> usize {
-        let unlisted = report.unlisted * self.revisit.found.len() / report.pairs.len().max(1);
-        let is_open = |job: &&Job| {
-            report.pairs[job.listed as usize].verdict == Verdict::Undecided
-                && pairs.at(job.place as usize).met()
-        };
-        let jobs = if self.open > 0 { &self.jobs[..] } else { &[] };
-        unlisted + jobs.iter().filter(is_open).count()
     }
 
     /// Updates the calibration from the decided pairs, in their order, which does not depend on the

@@ -93,8 +93,6 @@ pub(crate) struct Revisit {
     searches: Spent,
     /// True if there is no room for more pairs.
     pub is_full: bool,
-    /// True if the searches of hot pairs took most of the frame.
-    pub is_pressed: bool,
     /// Where the next [walks](Walk) begin.
     next: [PairKey; 5],
     /// Time that the turns have saved for later frames, nanoseconds; negative if they owe some.

@@ -110,7 +110,6 @@ impl Revisit {
     /// Searches the hot pairs by rank, and then the others, as far as the deadline allows.
     pub fn search(&mut self, search: &mut Search) {
         let mut deadline = search.deadline();
-        self.is_pressed = true;
         for shares in [&[(true, 1), (false, COLD)][..], &[(false, 1)]] {
             let mut ranks = mem::take(&mut self.ranks);
             self.rank(shares, search, &mut ranks);
@@ -127,8 +126,6 @@ impl Revisit {
             if !self.has_room(search, &mut deadline) {
                 return;
             }
-            let [began, limit] = search.frame.times;
-            self.is_pressed &= search.frame.clock.now() > began.saturating_add(limit / 2);
             self.cutoff /= COOLING;
         }
     }
