@@ -687,7 +687,8 @@ fn heap(question: &str) -> Scene {
         scene.find_contacts();
     }
     let margin = if question == "whether" { 0.0 } else { 0.005 };
-    let places = (0..48).map(|i| [i % 4, i / 4 % 4, i / 16].map(|k| 1.99 * f64::from(k)));
+    // More pairs than a frame of little work lists.
+    let places = (0..125).map(|i| [i % 5, i / 5 % 5, i / 25].map(|k| 1.99 * f64::from(k)));
     let ids: Vec<_> = places
         .map(|[x, y, z]| Body::moving(Arc::clone(&ball), at(x, y, z)).margin(margin))
         .map(|body| scene.insert(body).unwrap())
@@ -722,7 +723,7 @@ fn what_rests_is_known_after_its_work_and_then_costs_nothing_under_any_budget() 
                 frames += 1;
                 work += scene.report().work;
                 // A frame answers a pair, or spends half of its budget.
-                let most = whole.pairs.len() as u64 + 2 * work / budget;
+                let most = 2 * (whole.pairs.len() as u64 + work / budget);
                 assert!(
                     frames <= 50 + most,
                     "{question} {budget}: {frames} of {most}"
