@@ -1,6 +1,7 @@
 //! Shares the budget of a frame among its pairs.
 //!
-//! A pair that was decided and whose bodies have not moved since needs nothing. For the others the
+//! If nothing has changed, a frame goes on with the list, the jobs and the stopped runs of the last
+//! one. A pair that was decided and whose bodies have not moved since needs nothing. For the others the
 //! cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
