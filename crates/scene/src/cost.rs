@@ -48,6 +48,9 @@ pub const WORK_PER_KNOWN_PAIR: u64 = 2;
 pub const WORK_PER_PAIR_APART: u64 = 15;
 pub const WORK_PER_LISTED_PAIR: u64 = 80;
 
+/// Work of keeping a pair in the report, and in its order, for another frame.
+pub const WORK_PER_KEPT_PAIR: u64 = 3;
+
 /// Work of reading what a job has found about groups.
 pub const WORK_PER_TOLD_PAIR: u64 = 300;
 

@@ -49,7 +49,7 @@ impl Scene {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn track_contacts(&mut self) {
-        (self.events.on, self.is_known) = (true, false);
+        (self.events.on, self.is_same) = (true, false);
         self.events.reserve(self.pairs.room(), &mut self.report);
         record!(self, TrackContacts);
     }

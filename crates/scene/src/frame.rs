@@ -11,6 +11,7 @@ use super::{BodyKind, Reach, Scene};
 use crate::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
 use alloc::sync::Arc;
 use core::hint::black_box;
+use core::mem;
 use core::time::Duration;
 use punctual::engine::Deadline;
 use punctual::{Budget, Clock};
@@ -24,7 +25,12 @@ impl Scene {
     pub(super) fn frame(&mut self, budget: Budget, clock: &dyn Clock, crew: &dyn Crew) {
         let started = budget.time_limit().map(|_| clock.now());
         self.report.frame += 1;
-        if self.is_known {
+        let is_same = mem::replace(&mut self.is_same, true);
+        let is_still = is_same
+            && self.bodies.are_settled()
+            && self.broad.open == 0
+            && !self.broad.has_cropped();
+        if is_still && self.report.is_final() && self.schedule.open == 0 {
             return self.tell_again(started, clock);
         }
         if self.pairs.len() >= SHARED_PAIRS {
@@ -56,6 +62,7 @@ impl Scene {
             rest,
             cut,
             moved,
+            is_still,
             budget,
             times,
             clock,
@@ -80,6 +87,7 @@ impl Scene {
             rest,
             cut,
             moved,
+            is_still,
             budget,
             times,
             clock,
@@ -93,19 +101,20 @@ impl Scene {
         };
         let ended = schedule.run(&frame, &mut found, &mut share, report, scratch);
         let requests = &mut Arc::make_mut(bodies).distance_requests;
-        schedule.tallies.hand_on(requests, number);
+        schedule.told.hand_on(requests, number);
         report.broad_phase_work = share.spent;
         report.elapsed = ended
             .zip(started)
             .map(|(ended, started)| ended.saturating_sub(started));
-        self.is_known = report.is_final() && bodies.are_settled() && schedule.open == 0;
-        self.rest = if self.is_known { [number; 2] } else { rest };
+        if is_still {
+            self.rest = [schedule.began_list, number];
+        }
     }
 
     /// Repeats the report of the last frame, because nothing has changed. Only the ages of contacts
     /// grow.
     fn tell_again(&mut self, started: Option<Duration>, clock: &dyn Clock) {
-        self.rest[1] = self.report.frame;
+        self.rest = [self.schedule.began_list, self.report.frame];
         let report = &mut self.report;
         (report.work, report.bv_tests, report.broad_phase_work) = (0, 0, 0);
         self.events.tell(&self.bodies, &self.broad, report);

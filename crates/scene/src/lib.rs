@@ -158,9 +158,9 @@ pub struct Scene {
     mode: Mode,
     /// The frame from which on this mode applies.
     asked_since: u64,
-    /// True if the last report also holds for the next frame, unless something changes.
-    is_known: bool,
-    /// The last frame that found everything, and the last of the unchanged frames after it.
+    /// True if nothing has changed since the last frame.
+    is_same: bool,
+    /// Frames without a change between: the one that began their list, and the last of them.
     rest: [u64; 2],
     reach: Reach,
     bodies: Arc<Bodies>,
@@ -185,7 +185,7 @@ impl Scene {
         Self {
             mode: Mode::Any,
             asked_since: 1,
-            is_known: false,
+            is_same: false,
             rest: [0; 2],
             reach: Reach::Here,
             bodies: Arc::new(Bodies::new()),
@@ -208,7 +208,7 @@ impl Scene {
     /// its intersections. After a change, results of earlier frames no longer count.
     pub fn set_mode(&mut self, mode: Mode) {
         if self.mode != mode {
-            (self.mode, self.asked_since, self.is_known) = (mode, self.next_frame(), false);
+            (self.mode, self.asked_since, self.is_same) = (mode, self.next_frame(), false);
             record!(self, SetMode(mode));
         }
     }
@@ -216,7 +216,7 @@ impl Scene {
     /// Sets which boxes the broad phase compares, from the next frame on. The default is
     /// [`Reach::Here`].
     pub fn set_reach(&mut self, reach: Reach) {
-        (self.reach, self.is_known) = (reach, false);
+        (self.reach, self.is_same) = (reach, false);
         record!(self, SetReach(reach));
     }
 
@@ -227,7 +227,7 @@ impl Scene {
     /// free again. Pairs that are already kept stay.
     pub fn set_max_pairs(&mut self, pairs: usize) {
         self.pairs.most = pairs.min(schedule::pairs::LIMIT);
-        self.is_known = false;
+        self.is_same = false;
         record!(self, SetMaxPairs(pairs));
     }
 
@@ -509,9 +509,10 @@ impl Scene {
     /// ([`Report::unpaired`]), and the known pairs not listed ([`Report::unlisted`]). Everything
     /// that it states about its pairs is still true. Bodies with an importance above 0 go first,
     /// except that one in four is another body. None waits for ever if budgets allow a step at all.
-    /// Bodies that rest are known after some frames, as without a budget. If the last frame decided
-    /// all pairs and nothing has changed since, its report is repeated, within any budget.
-    /// Distances of groups are an exception: they are processed in every frame.
+    /// Bodies that rest are known after some frames, as without a budget. While nothing changes, a
+    /// frame goes on with the report of the last one: it lists further pairs and continues the
+    /// stopped runs. Once all is decided, distances of groups included, the report is repeated within
+    /// any budget.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of
     /// overlapping boxes, than any before, and, in preparation, in the 64 frames after the scene
@@ -599,7 +600,7 @@ impl Scene {
 
     /// The bodies, for a change that cannot fail. The last report may no longer hold.
     fn bodies_mut(&mut self) -> &mut Bodies {
-        self.is_known = false;
+        self.is_same = false;
         // Between frames no worker shares them, so nothing is copied.
         Arc::make_mut(&mut self.bodies)
     }
@@ -611,7 +612,7 @@ impl Scene {
         change: impl FnOnce(&mut Bodies) -> Result<R, SceneError>,
     ) -> Result<R, SceneError> {
         let done = change(Arc::make_mut(&mut self.bodies))?;
-        self.is_known = false;
+        self.is_same = false;
         Ok(done)
     }
 

@@ -223,6 +223,14 @@ impl Report {
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }
 
+    /// Begins a frame that keeps the pairs, because nothing has changed.
+    pub(super) fn go_on(&mut self) {
+        (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
+        for pair in &mut self.pairs {
+            pair.age += u64::from(pair.verdict == Verdict::Undecided);
+        }
+    }
+
     /// Adds a pair that is not complete when the frame begins, and was decided `age` frames before.
     #[inline(always)]
     pub(super) fn push_open(&mut self, [a, b]: [BodyId; 2], probability: f32, age: u64) {
@@ -332,7 +340,7 @@ impl Report {
         self.is_whole()
             && !self.is_full
             && (self.decided, self.complete) == (all, all)
-            && self.group_distances.is_empty()
+            && self.group_distances.iter().all(|group| group.open == 0)
     }
 
     /// Number of known pairs that are not decided.

@@ -250,7 +250,7 @@ impl Scene {
         if !self.bodies.contact_requests.any() {
             return;
         }
-        self.is_known = false;
+        self.is_same = false;
         let mesh = self.bodies.largest_mesh;
         self.schedule.make_room_for_contacts(mesh);
         batch::make_room_for_contacts(&mut self.scratch, mesh);

@@ -12,7 +12,7 @@ use super::question::Question;
 use super::state::Turn;
 use super::travel::slack;
 use crate::body::{Bodies, Placed, margins};
-use crate::cost::{LEAST_WORK, WORK_PER_PLANE, WORK_PER_ROOT_TEST};
+use crate::cost::{WORK_PER_PLANE, WORK_PER_ROOT_TEST};
 use crate::facts::Facts;
 use crate::id::{PairKey, bodies_of};
 use crate::spot::Spot;
@@ -109,7 +109,7 @@ impl Turn {
     fn has_room(&self, work: u64, desk: &mut Desk) -> bool {
         !desk.held
             && desk.bodies.asks_only_contact(self.key())
-            && desk.deadline.has_room(work + LEAST_WORK)
+            && desk.deadline.has_room(work + desk.bodies.least_work())
     }
 
     /// Runs the root test; true if it separates the bodies, and then records the bound. False also

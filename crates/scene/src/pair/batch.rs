@@ -225,7 +225,12 @@ impl Turn {
         let b_in_a = a.relative(b);
         let proven = mem::take(&mut self.state.apart);
         let ended = self.ask([a, b], b_in_a, desk);
-        if ended != Ended::Complete && self.state.apart == 0.0 {
+        let (key, since) = (self.key(), self.known.since(round.frame));
+        if ended != Ended::Complete
+            && self.state.apart == 0.0
+            && bodies.gone(key, since, round.frame) < f64::INFINITY
+        {
+            // It still tells how deep the bodies may have sunk in.
             self.state.apart = proven;
         }
         ended

@@ -23,12 +23,14 @@ pub(crate) struct Frame<'f> {
     /// The frame in which this mode was first set. Results of earlier frames answer another
     /// question.
     pub asked_since: u64,
-    /// The last frame that found everything, and the last of the unchanged frames after it.
+    /// Frames without a change between: the one that began their list, and the last of them.
     pub rest: [u64; 2],
     /// True if the last report was not whole; true if a body's box was outdated when this frame
     /// began.
     pub cut: bool,
     pub moved: bool,
+    /// True if nothing has changed since the last frame, and all bodies are placed and paired.
+    pub is_still: bool,
     pub budget: Budget,
     /// For a budget of time, its start and length. Otherwise two zeros, because the compiler
     /// computes with them before it is known whether they are needed.
@@ -70,12 +72,14 @@ impl Frame<'_> {
             .then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
     }
 
-    /// The last frame in which a pair was decided. The frames of a rest count, although they test
-    /// nothing.
-    /// `decided`: the last frame that did test.
+    /// The last frame in which a pair was decided, if a frame `decided` it. Until the end of a rest
+    /// that decision holds.
     pub fn decided(&self, decided: u64) -> u64 {
-        let [found_all, last] = self.rest;
-        if decided == found_all { last } else { decided }
+        let [first, last] = self.rest;
+        match (first..last).contains(&decided) {
+            true => last,
+            false => decided,
+        }
     }
 
     /// The last frame in which something about a pair changed.

@@ -3,6 +3,7 @@
 use super::job::Job;
 use super::pairs::Pairs;
 use crate::ask::TurnKind;
+use crate::cost::LEAST_WORK;
 use crate::pair::batch::Batch;
 use crate::pair::frame::Frame;
 use crate::report::Report;
@@ -56,6 +57,15 @@ impl Deal<'_> {
         open.map(|job| u64::from(job.median) + self.overhead).sum()
     }
 
+    /// Deals the jobs with a stopped run before the others, whose runs would take their places.
+    pub fn stopped(&mut self) {
+        for index in 0..self.jobs.len() {
+            if self.jobs[index].open && self.jobs[index].home.is_some() {
+                self.deal(index, 0);
+            }
+        }
+    }
+
     /// Deals all jobs in the order of their turns, in blocks of equal expected cost.
     pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool, threads: usize) {
         let free = timed || left == u64::MAX;
@@ -79,6 +89,12 @@ impl Deal<'_> {
     /// per cost. `timed` is the number of threads under a budget of time.
     pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
         let turns = reserve.max(left / ROUND_ROBIN);
+        // The others could do nothing with less.
+        let turns = if left - turns < LEAST_WORK {
+            left
+        } else {
+            turns
+        };
         // Some jobs take far more than their medians. Jobs that are not reached would have to wait,
         // however important.
         self.turns(turns / 2, |_| 0);
@@ -179,7 +195,8 @@ pub(crate) fn take_back(
         job.teaches |= turn.teaches;
         job.open = turn.next.is_some();
         ended += usize::from(!job.open);
-        if let Some(next) = turn.next.filter(|&next| next != job.kind) {
+        let is_begun = turn.spent.work > 0;
+        if let Some(next) = turn.next.filter(|&next| is_begun || next != job.kind) {
             job.ask(next, frame, &turn);
         }
         report.note(job.listed as usize, turn.standing, turn.spent);

@@ -13,7 +13,7 @@ use crate::ask::TurnKind;
 use crate::body::Bodies;
 use crate::broad::Broad;
 use crate::cost::{WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
-use crate::id::{BodyId, PairKey, bodies_of};
+use crate::id::{BodyId, PairKey, bodies_of, pair_key};
 use crate::pair::frame::Frame;
 use crate::pair::spent::Spent;
 use crate::report::Report;
@@ -77,75 +77,92 @@ struct Look {
 }
 
 impl<'l> Listing<'l> {
-    /// Begins the report. Pairs with a known result go into the report, the others become jobs;
-    /// both ascending. After each of `parts` parts of the list, calls `hand_out` with the number of
-    /// the part and the list so far.
+    /// Begins the report, or, if it `goes_on`, continues that of the last frame. Pairs with a known
+    /// result go into the report, the others become jobs; both ascending. After each of `parts`
+    /// parts of the list, calls `hand_out` with the number of the part and the list so far.
     pub fn run(
         mut self,
+        goes_on: bool,
         deadline: &mut Deadline,
         parts: usize,
         mut hand_out: impl FnMut(usize, &mut Listing),
     ) -> Counts {
-        self.jobs.clear();
-        self.report.begin();
         let known = self.pairs.len();
-        let start = if self.turns.cut {
-            self.pairs.place(self.turns.cursor)
+        let (from, left) = if goes_on {
+            self.jobs.retain(|job| job.open);
+            self.report.go_on();
+            (self.turns.end, self.report.unlisted)
         } else {
-            0
+            self.jobs.clear();
+            self.report.begin();
+            let cursor = if self.turns.cut { self.turns.cursor } else { 0 };
+            (cursor, known)
         };
+        let start = self.pairs.place(from);
         // The pairs found are paid for here, wherever they are listed.
         deadline.spend(self.found.len() as u64 * WORK_PER_FOUND_PAIR);
-        let split = if start > 0 {
-            self.found
-                .partition_point(|met| met.key < self.turns.cursor)
-        } else {
-            0
-        };
+        let split = self.found.partition_point(|met| met.key < from);
         self.next_found = split;
+        let first = left.min(known - start);
+        let before = self.counts_so_far();
         let mut end = start;
         for part in 1..=parts {
-            let until = start + (known - start) * part / parts;
+            let until = start + first * part / parts;
             end = self.walk(end..until, deadline);
             if end < until {
                 break;
             }
             hand_out(part - 1, &mut self);
         }
-        let mut is_whole = end == known;
+        let mut is_whole = end == start + first;
         let mut seen = end - start + self.list_found_until(self.found.len());
-        if start > 0 {
-            let (jobs, pairs) = (self.jobs.len(), self.report.pairs.len());
+        self.sort_in(from, before);
+        let rest = left - first;
+        if rest > 0 || split > 0 {
+            let before = self.counts_so_far();
             self.next_found = 0;
             let begin = if is_whole {
-                self.walk(0..start, deadline)
+                self.walk(0..rest, deadline)
             } else {
                 0
             };
             seen += begin + self.list_found_until(split);
             end = if is_whole { begin } else { end };
-            is_whole &= begin == start;
-            self.turn(jobs, pairs);
+            is_whole &= begin == rest;
+            self.sort_in(0, before);
         }
         let next = if end < known { self.pairs.key(end) } else { 0 };
         self.turns.end_list(next, !is_whole);
-        self.report.unlisted = known.saturating_sub(seen);
+        self.report.unlisted = left.saturating_sub(seen);
         self.counts
     }
 
-    /// Moves the first `jobs` jobs and `pairs` pairs, which were listed first, behind the rest.
-    fn turn(&mut self, jobs: usize, pairs: usize) {
-        let all = self.report.pairs.len();
-        self.jobs.rotate_left(jobs);
-        self.report.pairs.rotate_left(pairs);
-        for job in &mut *self.jobs {
-            let place = job.listed as usize;
-            job.listed = if place < pairs {
-                place + all - pairs
-            } else {
-                place - pairs
-            } as u32;
+    /// Number of jobs, and of pairs listed.
+    fn counts_so_far(&self) -> [usize; 2] {
+        [self.jobs.len(), self.report.pairs.len()]
+    }
+
+    /// Moves what was listed after the first `jobs` jobs and `pairs` pairs into its place: before
+    /// those of them that are not below the key `from`.
+    fn sort_in(&mut self, from: PairKey, [jobs, pairs]: [usize; 2]) {
+        let listed = &mut self.report.pairs;
+        let place =
+            listed[..pairs].partition_point(|pair| pair_key(pair.a.index, pair.b.index) < from);
+        let new = listed.len() - pairs;
+        if place == pairs || new == 0 {
+            return;
         }
+        listed[place..].rotate_left(pairs - place);
+        for job in &mut *self.jobs {
+            let listed = job.listed as usize;
+            if listed >= pairs {
+                job.listed -= (pairs - place) as u32;
+            } else if listed >= place {
+                job.listed += new as u32;
+            }
+        }
+        let at = self.jobs[..jobs].partition_point(|job| job.key < from);
+        self.jobs[at..].rotate_left(jobs - at);
     }
 
     /// Lists the pairs in a range of places. Returns the place before which it ended.

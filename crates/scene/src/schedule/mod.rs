@@ -1,6 +1,7 @@
 //! Shares the budget of a frame among its pairs.
 //!
-//! A pair that was decided and whose bodies have not moved since needs nothing. For the others the
+//! If nothing has changed, a frame goes on with the list, the jobs and the stopped runs of the last
+//! one. A pair that was decided and whose bodies have not moved since needs nothing. For the others the
 //! cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
@@ -58,7 +59,9 @@ use super::pair::frame::{Frame, GUARANTEED};
 use super::pair::question::Question;
 use super::report::Report;
 use super::room::reserve;
-use crate::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR, WORK_PER_TOLD_PAIR};
+use crate::cost::{
+    LEAST_WORK, WORK_PER_KEPT_PAIR, WORK_PER_PLANNED_PAIR, WORK_PER_ROOT_TEST, WORK_PER_TOLD_PAIR,
+};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -118,8 +121,14 @@ pub(crate) struct Schedule {
     /// Buffer for dealing jobs.
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
-    pub tallies: Tallies,
+    /// Bounds of groups: of the pairs without a job, of all as they were listed, and of all at the
+    /// end of the frame.
+    tallies: Tallies,
     listed: Tallies,
+    pub told: Tallies,
+    /// The frame that began the list; and true if the next frame may go on with it.
+    pub began_list: u64,
+    goes_on: bool,
     pub revisit: Revisit,
     speed: Speed,
     /// Time of a list after its deadline.
@@ -154,6 +163,7 @@ impl Schedule {
     pub fn reserve_groups(&mut self, groups: usize, report: &mut Report) {
         self.tallies.reserve(groups);
         self.listed.reserve(groups);
+        self.told.reserve(groups);
         reserve(&mut report.group_distances, groups);
     }
 
@@ -198,7 +208,7 @@ impl Schedule {
         scratch: &mut Box<Workspace>,
     ) -> Option<[Duration; 2]> {
         let whole = frame.is_timed().then_some(frame.times);
-        if frame.mode != Mode::Any || !frame.bodies.asks_without_contacts() {
+        if frame.is_still || frame.mode != Mode::Any || !frame.bodies.asks_without_contacts() {
             self.revisit.begin();
             return whole;
         }
@@ -291,7 +301,7 @@ impl Schedule {
             let reserve = if left == u64::MAX {
                 0
             } else {
-                left.min((total / GUARANTEED).max(least))
+                left.min((total / GUARANTEED).max(least + WORK_PER_ROOT_TEST))
             };
             self.find_homes();
             self.plan(frame, &mut round, left, reserve, pairs);
@@ -365,29 +375,24 @@ impl Schedule {
     /// Reports the distances of groups, with what the jobs have found if there is time to read it.
     /// Returns the time that it took.
     fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
-        let Frame { bodies, number, .. } = *frame;
-        if bodies.distance_requests.groups.is_empty() {
+        if frame.bodies.distance_requests.groups.is_empty() {
             return Duration::ZERO;
         }
         let mut lap = None;
         frame.lap(&mut lap);
+        self.told.copy(&self.tallies);
         let mut deadline = Deadline::of_a_part(frame.end(self.rest.time()), u64::MAX, frame.clock);
         for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
             if !deadline.has_room(WORK_PER_TOLD_PAIR) {
-                self.tallies.copy(&self.listed);
+                self.told.copy(&self.listed);
                 break;
             }
             deadline.spend(WORK_PER_TOLD_PAIR);
             let state = found.pairs.state(place as usize, frame);
-            let near = bodies.near(key, state, frame.changed(key), number);
-            let is_settled = bodies
-                .distance_requests
-                .wanted(key)
-                .is_none_or(|wanted| wanted.is_settled(&near));
-            self.tallies
-                .add(&bodies.distance_requests, key, Some(&near), is_settled);
+            self.told.read(key, state, frame);
         }
-        self.tallies.tell(bodies, report);
+        report.group_distances.clear();
+        self.told.tell(frame.bodies, report);
         frame.lap(&mut lap).unwrap_or_default()
     }
 
@@ -420,6 +425,9 @@ impl Schedule {
             overhead,
         };
         let expected = deal.expected();
+        if frame.is_still {
+            deal.stopped();
+        }
         round.to_the_end = expected <= left - reserve;
         if round.to_the_end {
             deal.all([left, reserve, expected], timed.is_some(), frame.threads());
@@ -509,6 +517,26 @@ impl Schedule {
             pairs,
             events,
         } = found;
+        let goes_on = frame.is_still && self.goes_on && {
+            let work = WORK_PER_KEPT_PAIR * report.pairs.len() as u64;
+            let has_room = deadline.has_room(work);
+            // More jobs than a round can plan would be of no use.
+            let planning = WORK_PER_PLANNED_PAIR * self.open as u64;
+            deadline.spend(if has_room { work + planning } else { 0 });
+            has_room
+        };
+        self.goes_on = frame.is_still;
+        if !goes_on {
+            self.began_list = frame.number;
+            self.tallies.begin(&frame.bodies.distance_requests);
+            self.listed.begin(&frame.bodies.distance_requests);
+        }
+        let is_closed = |job: &&Job| goes_on && job.measures && !job.open;
+        for &Job { key, place, .. } in self.jobs.iter().filter(is_closed) {
+            deadline.spend(WORK_PER_TOLD_PAIR);
+            self.tallies
+                .read(key, pairs.state(place as usize, frame), frame);
+        }
         let Self {
             jobs,
             turns,
@@ -518,8 +546,6 @@ impl Schedule {
             batches,
             ..
         } = self;
-        tallies.begin(&frame.bodies.distance_requests);
-        listed.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
         let is_free = frame.budget.is_unlimited();
         let alone = frame.threads() == 1;
@@ -548,7 +574,7 @@ impl Schedule {
         };
         let round = Round::to_the_end(frame.number, frame.mode, None);
         let (mut dealt, mut ended) = (0, 0);
-        let Counts { kept, near } = listing.run(deadline, parts, |part, list| {
+        let Counts { kept, near } = listing.run(goes_on, deadline, parts, |part, list| {
             if !begins {
                 return;
             }

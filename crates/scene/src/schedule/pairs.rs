@@ -243,10 +243,16 @@ impl Pairs {
     }
 
     /// How far the bodies of a pair may move, margins excluded, before they may meet
-    /// ([`Known::room`]), and the last frame that finished the pair.
+    /// ([`Known::room`]), and the last frame that finished the pair. If they were found to meet
+    /// since, it is negative: how deep they may have sunk in.
     pub fn apart(&self, key: PairKey, bodies: &Bodies, frame: u64) -> Option<(f64, u64)> {
         let known = self.find(key)?;
-        Some((known.room(bodies, frame)?, known.since(frame)))
+        let since = known.since(frame);
+        let room = known.room(bodies, frame).or_else(|| {
+            let until = self.state_at(key)?.apart;
+            (until > 0.0).then(|| until - bodies.gone(key, since, frame))
+        });
+        Some((room?, since))
     }
 
     /// The contact state of a pair.

@@ -10,6 +10,8 @@ use crate::ask::distance_requests::DistanceRequests;
 use crate::body::Bodies;
 use crate::id::{PairKey, bodies_of};
 use crate::pair::bounds::{Bounds, Near};
+use crate::pair::frame::Frame;
+use crate::pair::state::PairState;
 use crate::report::{GroupDistance, Report};
 use crate::room::reserve;
 use alloc::vec::Vec;
@@ -73,6 +75,15 @@ impl Tallies {
                 tally.closest = Some((key, near.bounds));
             }
         }
+    }
+
+    /// Adds what the state of a pair tells.
+    pub fn read(&mut self, key: PairKey, state: &PairState, frame: &Frame) {
+        let requests = &frame.bodies.distance_requests;
+        let near = (frame.bodies).near(key, state, frame.changed(key), frame.number);
+        let wanted = requests.wanted(key);
+        let is_settled = wanted.is_none_or(|wanted| wanted.is_settled(&near));
+        self.add(requests, key, Some(&near), is_settled);
     }
 
     /// Reports the bounds at the end of a frame.

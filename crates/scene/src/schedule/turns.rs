@@ -16,7 +16,7 @@ pub(crate) struct RoundRobin {
     overspent: bool,
     /// True if the list of the last frame was cut short; and where the next list continues.
     pub cut: bool,
-    end: PairKey,
+    pub end: PairKey,
     /// True if the list begins with the cursor, or is complete.
     holds_cursor: bool,
 }

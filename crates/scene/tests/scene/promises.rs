@@ -624,7 +624,8 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
     assert!(rests > 400, "{rests}");
 }
 
-/// A pair is as old, and as likely to meet, after a rest as if all had been looked at in each frame of it.
+/// A pair is as old after a rest as if all had been looked at in each frame of it, and as likely to meet. While
+/// it rests undecided, its probability stays.
 #[test]
 fn after_a_rest_a_pair_is_as_old_as_if_it_had_been_looked_at() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
@@ -641,6 +642,7 @@ fn after_a_rest_a_pair_is_as_old_as_if_it_had_been_looked_at() {
                 )
             })
         });
+        let mut before = None;
         for frame in 0..30 {
             if frame == 12 {
                 scenes.iter_mut().for_each(|scene| {
@@ -656,10 +658,15 @@ fn after_a_rest_a_pair_is_as_old_as_if_it_had_been_looked_at() {
             } else {
                 Budget::work(0)
             };
-            let [rested, looked] = scenes.each_mut().map(|scene| {
+            let [rested, mut looked] = scenes.each_mut().map(|scene| {
                 let report = detect(scene, budget);
                 (report.frame, report.pairs.clone(), report.contacts.clone())
             });
+            let stays = rested.1[0].probability;
+            if (13..18).contains(&frame) {
+                assert_eq!(stays, *before.get_or_insert(stays), "frame {frame}");
+                looked.1[0].probability = stays;
+            }
             assert_eq!(rested, looked);
             let age = if (12..18).contains(&frame) {
                 frame - 11
@@ -669,4 +676,83 @@ fn after_a_rest_a_pair_is_as_old_as_if_it_had_been_looked_at() {
             assert_eq!(rested.1[0].age, age, "frame {frame}");
         }
     }
+}
+
+/// Balls in a heap whose neighbors touch, or are within their margins. `question`: what is asked of them.
+fn heap(question: &str) -> Scene {
+    let options = BuildOptions::default().extremes(true);
+    let ball = Arc::new(Tree::with_options(shapes::icosphere(2), &options));
+    let mut scene = Scene::new();
+    if question == "contacts" {
+        scene.find_contacts();
+    }
+    let margin = if question == "whether" { 0.0 } else { 0.005 };
+    // More pairs than a frame of little work lists.
+    let places = (0..125).map(|i| [i % 5, i / 5 % 5, i / 25].map(|k| 1.99 * f64::from(k)));
+    let ids: Vec<_> = places
+        .map(|[x, y, z]| Body::moving(Arc::clone(&ball), at(x, y, z)).margin(margin))
+        .map(|body| scene.insert(body).unwrap())
+        .collect();
+    if question == "groups" {
+        scene.measure_groups(&ids[..8], &ids[8..20], 1e-3).unwrap();
+        scene.measure_groups(&ids[..4], &ids[40..], 1e-3).unwrap();
+    }
+    scene
+}
+
+/// A frame goes on with the list and the runs of the last one. So all is known after as many frames as the work
+/// takes, however little a frame does; then a frame does nothing.
+#[test]
+fn what_rests_is_known_after_its_work_and_then_costs_nothing_under_any_budget() {
+    for (question, least) in [
+        ("whether", 1_000),
+        ("margins", 2_000),
+        ("contacts", 4_000),
+        ("groups", 2_000),
+    ] {
+        let mut free = heap(question);
+        let mut whole_work = 0;
+        while !rests(detect(&mut free, Budget::work(1 << 40))) {
+            whole_work += free.report().work;
+        }
+        let whole = free.report().clone();
+        for budget in [least, 10_000, 100_000, 1_000_000] {
+            let mut scene = heap(question);
+            let (mut frames, mut work) = (0, 0);
+            while !rests(detect(&mut scene, Budget::work(budget))) {
+                frames += 1;
+                work += scene.report().work;
+                // A frame answers a pair, or spends half of its budget.
+                let most = 2 * (whole.pairs.len() as u64 + work / budget);
+                assert!(
+                    frames <= 50 + most,
+                    "{question} {budget}: {frames} of {most}"
+                );
+                assert!(work <= 2 * whole_work, "{question} {budget}: {work}");
+            }
+            let verdicts = |report: &Report| -> Vec<_> {
+                let pairs = report.pairs.iter();
+                pairs
+                    .map(|pair| (pair.a, pair.b, pair.verdict.meets()))
+                    .collect()
+            };
+            if question != "groups" {
+                assert_eq!(
+                    verdicts(scene.report()),
+                    verdicts(&whole),
+                    "{question} {budget}"
+                );
+            }
+        }
+    }
+}
+
+/// True if a frame found that nothing is left to do.
+fn rests(report: &Report) -> bool {
+    let all = report.pairs.len();
+    let groups = &report.group_distances;
+    report.is_whole()
+        && [report.decided, report.complete] == [all; 2]
+        && groups.iter().all(|group| group.open == 0)
+        && (report.work, report.broad_phase_work) == (0, 0)
 }
