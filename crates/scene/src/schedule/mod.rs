@@ -4,10 +4,10 @@
 //! one. A pair that was decided and whose bodies have not moved since needs nothing. For the others the
 //! cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
-//! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
-//!   Under a budget of time, if many of them were left open, the frame is *tight*: known pairs are
-//!   searched as well ([`revisit`]). The pairs decided are reported however little of the frame is
-//!   left.
+//! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once,
+//!   and, unless work is limited, those that met are searched ([`revisit`]). In a *tight* frame, which
+//!   has little time left for rounds, all known pairs are. The pairs decided are reported however
+//!   little of the frame is left.
 //! - A job has one question. If its distance is known and a body moves, the job continues with the
 //!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
 //!   contacts are requested, with the contacts.
@@ -27,8 +27,9 @@
 //! - No budget of work is exceeded: each query ends one step of work before that of its batch is
 //!   spent.
 //! - In each frame the round robin has at least `R`: under a budget of work only tests of witnesses
-//!   come before it, and they leave it that much. Its first pair finishes if it takes at most `R`. Otherwise it
-//!   continues in the next frame if neither body has moved; if one has, it has had its turn.
+//!   come before it, and they leave it that much. Its first pair finishes if it takes at most `R`.
+//!   Otherwise it continues in the next frame if neither body has moved; if one has, it has had its
+//!   turn.
 //! - A turn cut short is the first of the next frame. So is the turn of the contacts of a pair that
 //!   was found to meet: it comes before the question whether the pair still meets. So is the turn
 //!   of a time of impact after the distance. So in any two frames the round robin spends more than
