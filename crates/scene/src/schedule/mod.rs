@@ -323,15 +323,16 @@ impl Schedule {
                 break;
             }
         }
-        if frame.number >= self.tight_until {
+        // The first frame that is not tight may be busy with making room.
+        if frame.number > self.tight_until {
             let is_cut = self.open > 0 || report.unlisted > 0;
             let little = for_rounds.is_some_and(|left| LITTLE * left < frame.times[1]);
-            self.tight = if is_cut && little {
-                (2 * self.tight).clamp(LEAST_TIGHT, MOST_TIGHT)
+            if is_cut && little {
+                self.tight = (2 * self.tight).clamp(LEAST_TIGHT, MOST_TIGHT);
+                self.tight_until = frame.number + 1 + self.tight;
             } else {
-                0
-            };
-            self.tight_until = frame.number + 1 + self.tight;
+                self.tight = 0;
+            }
         }
         self.tell(frame, found, report, estimates, lap)
     }
