@@ -268,6 +268,7 @@ impl Schedule {
         report: &mut Report,
         scratch: &mut Box<Workspace>,
     ) -> Option<Duration> {
+        let room = found.pairs.room();
         let mut closing = self.closing;
         share.list(&mut closing, |deadline| {
             self.list(frame, found, report, scratch, deadline)
@@ -275,6 +276,7 @@ impl Schedule {
         self.closing = closing;
         report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
+        let made_room = pairs.room() != room;
         let estimates = frame.for_estimates();
         let measured = match frame.bodies.distance_requests.groups.len() {
             0 => 0,
@@ -323,8 +325,7 @@ impl Schedule {
                 break;
             }
         }
-        // The first frame that is not tight may be busy with making room.
-        if frame.number > self.tight_until {
+        if frame.number >= self.tight_until && !made_room {
             let is_cut = self.open > 0 || report.unlisted > 0;
             let little = for_rounds.is_some_and(|left| LITTLE * left < frame.times[1]);
             if is_cut && little {
