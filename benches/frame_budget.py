@@ -128,6 +128,8 @@ def draw(rows, whole, bodies):
 
     solid, dashed = 'stroke-width="6"', 'stroke-width="4" stroke-dasharray="14 9"'
     at = next(row for row in rows if row["budget_ms"] == DEADLINE_MS)
+    # Left of its line where the label would not fit on the right.
+    aside = -12 if x(whole) > (left + right) / 2 else 12
     parts = [
         '<svg xmlns="http://www.w3.org/2000/svg" width="800" height="616" viewBox="0 0 800 616" '
         'font-family="sans-serif" font-size="28">',
@@ -160,7 +162,7 @@ def draw(rows, whole, bodies):
         curve("scene", "found", solid),
         f'<circle class="value" cx="{x(DEADLINE_MS):.1f}" cy="{y(at["found"]):.1f}" r="10"/>',
         text(x(DEADLINE_MS) + 16, y(at["found"]) + 42, f"1 ms: {100 * at['found']:.0f} %", 'font-weight="bold"', "value"),
-        text(x(whole) + 12, y(0.06), f"whole frame: {whole:.1f} ms"),
+        text(x(whole) + aside, y(0.06), f"whole frame: {whole:.1f} ms", f'text-anchor="{"end" if aside < 0 else "start"}"'),
         "</svg>",
     ]
     return "\n".join(parts) + "\n"

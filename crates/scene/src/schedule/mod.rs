@@ -220,7 +220,7 @@ impl Schedule {
             && frame.is_timed()
             && frame.budget.work_limit().is_none()
             && frame.bodies.changed > 0;
-        let searches = is_short && frame.number < self.tight_until;
+        let is_tight = is_short && frame.number < self.tight_until;
         let after =
             |parts: u32| whole.map(|[began, limit]| began.saturating_add(limit / PARTS * parts));
         let (end, latest_end) = (after(REVISIT), after(LATEST));
@@ -230,6 +230,7 @@ impl Schedule {
             pairs,
             batches: &mut self.batches,
             dealt: 0,
+            part: 0,
             scratch,
             end,
             latest_end,
@@ -239,13 +240,13 @@ impl Schedule {
         if is_short && frame.bodies.has_important {
             self.revisit.search_important(&mut search);
         }
-        if searches {
+        if is_tight {
             self.revisit.take_turns(&mut search);
         }
         let mut deadline = Deadline::of_a_part(end, work, frame.clock);
         self.revisit
             .test(frame, broad, search.pairs, tests, &mut deadline);
-        if searches {
+        if is_tight {
             self.revisit.search(&mut search);
         } else if frame.budget.work_limit().is_none() {
             self.revisit.search_met(&mut search);

@@ -3,13 +3,13 @@
 //! searches.
 //!
 //! First the pairs whose turn it is, in a share of the frame that what a long search takes beyond it
-//! reduces in later frames. Then the hot ones by rank, then the others by rank.
+//! reduces in later frames. Then the hot ones and a part of the others by rank, then all others.
 
 use super::{Decision, Revisit, Search, Walk, is_plain};
 use crate::ask::TurnKind;
 use crate::cost::{LEAST_WORK, WORK_PER_KNOWN_PAIR, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
 use crate::id::{PairKey, bodies_of};
-use crate::pair::batch::{Round, RoundKind};
+use crate::pair::batch::{Batch, Round, RoundKind};
 use crate::pair::frame::Frame;
 use crate::pair::spent::Spent;
 use crate::pair::state::Turn;
@@ -35,8 +35,10 @@ const COOLING: f32 = 4.0;
 /// A frame looks at one in so many of the pairs that are not hot: some may have come near.
 const COLD: usize = 16;
 
-/// Each thread searches this many pairs at once.
+/// A tight frame has to end soon after any search, so each thread searches this many pairs at once.
+/// Others deal parts of at least `LEAST_PART` pairs, which other threads begin at once.
 const SEARCHES: usize = 4;
+const LEAST_PART: usize = 8;
 
 impl Revisit {
     /// Searches the important pairs.
@@ -70,6 +72,9 @@ impl Revisit {
     pub fn search_met(&mut self, search: &mut Search) {
         let mut deadline = search.deadline();
         let left = mem::take(&mut self.ranks);
+        let rooms = search.batches.iter().map(|batch| batch.turns.capacity());
+        let part = left.len().div_ceil(rooms.len()).max(LEAST_PART);
+        search.part = rooms.min().unwrap_or(0).clamp(1, part);
         for place in left.iter().map(|&place| place as usize) {
             if !self.has_room(search, &mut deadline) {
                 break;
@@ -224,26 +229,35 @@ impl Revisit {
             deadline.spend(dealt.spent.work);
             return self.end_search(dealt, pairs);
         }
-        // Without an end, what is dealt first need not be known soon.
-        let (parts, most) = match search.end {
-            Some(_) => (threads, SEARCHES * threads),
-            None => (batches.len(), usize::MAX),
+        let at = match search.part {
+            0 => search.dealt % threads,
+            part => search.dealt / part,
         };
-        let batch = &mut batches[search.dealt % parts];
-        batch.turns.push(dealt);
+        batches[at].turns.push(dealt);
         search.dealt += 1;
-        if batch.is_full() || search.dealt == most {
+        if search.part > 0 && search.dealt.is_multiple_of(search.part) {
+            let round = round_of_searches(frame, search.latest_end);
+            let part = &mut batches[at..=at];
+            frame.crew.begin(at, part, &round, bodies);
+        }
+        let most = match search.part {
+            0 => SEARCHES * threads,
+            part => part * batches.len(),
+        };
+        if search.dealt == most {
             let before = self.searches.work;
             self.run_searches(search);
             deadline.spend((self.searches.work - before) / threads as u64);
         }
     }
 
-    /// Runs the searches that were dealt.
+    /// Runs the searches that were dealt and not begun, and ends all.
     fn run_searches(&mut self, search: &mut Search) {
-        if mem::take(&mut search.dealt) == 0 {
+        let dealt = mem::take(&mut search.dealt);
+        if dealt == 0 {
             return;
         }
+        let begun = dealt.checked_div(search.part).unwrap_or(0);
         let Search {
             frame,
             pairs,
@@ -253,10 +267,16 @@ impl Revisit {
             ..
         } = search;
         let round = round_of_searches(frame, *latest_end);
-        frame.crew.run(batches, &round, frame.bodies, scratch);
-        for searched in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
-            self.end_search(searched, pairs);
-        }
+        let rest = &mut batches[begun..];
+        frame.crew.begin(begun, rest, &round, frame.bodies);
+        let mut back = |batch: &mut Batch| {
+            for searched in batch.turns.drain(..) {
+                self.end_search(searched, pairs);
+            }
+        };
+        frame
+            .crew
+            .finish(batches, &round, frame.bodies, scratch, &mut back);
     }
 
     /// Stores the result of a search.
