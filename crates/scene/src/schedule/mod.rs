@@ -197,10 +197,9 @@ impl Schedule {
         })
     }
 
-    /// Tests the latest witnesses of pairs that met. In a tight frame, then searches the pairs that
-    /// these tests leave open. Under a budget of time, returns
-    /// when this step ended and the time left after it. The time to list the pairs found is
-    /// subtracted from the latter.
+    /// Tests the latest witnesses of pairs that met. Then searches the pairs that these tests leave
+    /// open, in a tight frame with all other known pairs. Under a budget of time, returns when this step
+    /// ended and the time left after it. The time to list the pairs found is subtracted from the latter.
     pub fn revisit(
         &mut self,
         frame: &Frame,
