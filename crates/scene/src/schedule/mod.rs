@@ -1,8 +1,8 @@
 //! Shares the budget of a frame among its pairs.
 //!
 //! If nothing has changed, a frame goes on with the list, the jobs and the stopped runs of the last
-//! one. A pair that was decided and whose bodies have not moved since needs nothing. For the others the
-//! cost is predicted ([`forecast`]), and the frame proceeds in rounds:
+//! one. A pair that was decided and whose bodies have not moved since needs nothing. For the others
+//! the cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once,
 //!   and, unless work is limited, those that met are searched ([`revisit`]). In a *tight* frame, which
@@ -197,9 +197,10 @@ impl Schedule {
         })
     }
 
-    /// Tests the latest witnesses of pairs that met. Then searches the pairs that these tests leave
-    /// open, in a tight frame with all other known pairs. Under a budget of time, returns when this step
-    /// ended and the time left after it. The time to list the pairs found is subtracted from the latter.
+    /// Tests the latest witnesses of pairs that met. If work is not limited, then searches the pairs
+    /// that these tests leave open; in a tight frame, all other known pairs too. Under a budget of
+    /// time, returns when this step ended and the time left after it. The time to list the pairs
+    /// found is subtracted from the latter.
     pub fn revisit(
         &mut self,
         frame: &Frame,

@@ -1,9 +1,10 @@
 //! The first step of a frame: known pairs are tested again.
 //!
 //! Most pairs that met in the last frame still meet. Two triangles prove it for the current poses,
-//! whether the bodies are placed and paired or not. If time is limited and the last frame left many
-//! of them open, known pairs are also [searched](search). The pairs decided are reported even if the
-//! list of the frame ends before them, and so are pairs that met and rest.
+//! whether the bodies are placed and paired or not. Unless work is limited, those that these tests
+//! leave open are [searched](search); in a frame with little time, all known pairs are. The pairs
+//! decided are reported even if the list of the frame ends before them, and so are pairs that met
+//! and rest.
 
 mod search;
 
