@@ -49,7 +49,7 @@ const MOST_IN_VAIN: u8 = 4;
 
 /// If the last search of a pair took more work than this, the root test rarely helps; if it took
 /// less, planes help little.
-const LONG_SEARCH: u32 = 400;
+pub(crate) const LONG_SEARCH: u32 = 400;
 
 /// Room required for a proof: `ROOM` times the work of the last search, plus `MORE_ROOM`.
 const ROOM: u64 = 4;
@@ -245,7 +245,7 @@ fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
 
 /// The distance to prove. `None` if the bodies rest or are too fast, or if the pair has other
 /// questions.
-fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
+pub(crate) fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
     let step = step(bodies, key, frame);
     if step == 0.0 {
         return None;

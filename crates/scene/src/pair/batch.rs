@@ -5,7 +5,7 @@
 
 use super::question::{Answer, Question};
 use super::spent::Spent;
-use super::state::Turn;
+use super::state::{Standing, Turn};
 use super::touch::MOST_CONTACTS;
 use crate::ask::TurnKind;
 use crate::body::{Bodies, Placed};
@@ -143,6 +143,13 @@ impl Batch {
                 break;
             }
             let held = self.held == Some(key);
+            if !held && turn.is_bare(bodies, round) {
+                if turn.search_entry(bodies, scratch, round, &mut deadline) == Ended::Stopped {
+                    self.held = Some(key);
+                    mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
+                }
+                continue;
+            }
             let kept = self.workspace.as_mut().filter(|_| held);
             let ended = turn.run(&mut Desk {
                 bodies,
@@ -194,12 +201,9 @@ impl Turn {
         round: &Round,
         deadline: &mut Deadline,
     ) {
-        if self.known.is_bare(bodies) {
-            let (verdict, spent) = self.known.search(bodies, workspace, deadline, round.frame);
-            (self.standing.verdict, self.spent, self.next) = (verdict, spent, None);
-            if let Verdict::Contained { .. } = verdict {
-                self.state.finish(verdict, 0, round.frame);
-            }
+        if self.is_bare(bodies, round) {
+            self.search_entry(bodies, workspace, round, deadline);
+            self.next = None;
             return;
         }
         let (held, looks_ahead) = (false, true);
@@ -213,6 +217,45 @@ impl Turn {
         });
         self.next = None;
         self.end(round.frame, true);
+    }
+
+    fn is_bare(&self, bodies: &Bodies, round: &Round) -> bool {
+        self.kind == TurnKind::Meet
+            && round.mode == Mode::Any
+            && self.known.is_bare(bodies, round.frame)
+            && !bodies.wants_contacts(self.key())
+    }
+
+    /// Decides a bare pair. Its state is left as it is unless the search is cut short.
+    fn search_entry(
+        &mut self,
+        bodies: &Bodies,
+        workspace: &mut Workspace,
+        round: &Round,
+        deadline: &mut Deadline,
+    ) -> Ended {
+        let Round {
+            to_the_end, frame, ..
+        } = *round;
+        let (verdict, spent) = (self.known).search(bodies, workspace, deadline, to_the_end, frame);
+        self.spent.add(spent);
+        if verdict == Verdict::Undecided {
+            self.known.tell(&mut self.state, bodies, frame);
+            if spent.work == 0 {
+                return Ended::NotBegun;
+            }
+            (self.state.search, self.state.pending) = (self.known.cost, Spent::of(workspace));
+            return Ended::Stopped;
+        }
+        let found = u64::from(matches!(verdict, Verdict::Intersecting { .. }));
+        self.standing = Standing {
+            verdict,
+            found,
+            complete: true,
+            recall: 1.0,
+        };
+        self.next = None;
+        Ended::Complete
     }
 
     /// Runs the pair as far as the deadline allows.

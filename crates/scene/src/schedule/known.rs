@@ -2,13 +2,15 @@
 //! that have a turn.
 
 use crate::body::{Bodies, triangle_ids};
-use crate::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
+use crate::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_ROOT_TEST, WORK_PER_WITNESS};
 use crate::id::PairKey;
+use crate::pair::apart::{LONG_SEARCH, reach, until};
 use crate::pair::question::Question;
 use crate::pair::spent::{Spent, capped};
 use crate::pair::state::{NO_TRIANGLES, PairState};
 use core::num::NonZeroU32;
-use punctual::engine::Deadline;
+use punctual::engine::{Deadline, root_test};
+use punctual::intersection::Operand;
 use punctual::prediction::MAX_STEP_WORK;
 use punctual::{Query, Verdict, Workspace};
 
@@ -53,6 +55,9 @@ pub(crate) struct Known {
     /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`].
     flags: u8,
 }
+
+/// What stands for a witness where one body is inside the other.
+const INSIDE: [(Operand, [u32; 2]); 2] = [(Operand::A, [u32::MAX, 0]), (Operand::B, [u32::MAX, 1])];
 
 /// Flags of a pair: the boxes overlap; it was decided; the bodies met when last decided; their
 /// witnesses were lost since; estimates of it were reported; it is ranked before others.
@@ -107,6 +112,14 @@ impl Known {
         frame - u64::from((frame as u32).wrapping_sub(self.since))
     }
 
+    /// A state for it, to be [told](Known::tell) what it has found.
+    pub fn new_state(&self, frame: u64) -> PairState {
+        PairState::new(match self.is_decided() {
+            true => 0,
+            false => self.since(frame),
+        })
+    }
+
     /// Stores the summary of a state that was updated in `frame`.
     pub fn note(&mut self, state: &PairState, frame: u64) {
         let kept = if state.decided == frame {
@@ -144,18 +157,29 @@ impl Known {
         if since <= state.decided || !self.is_decided() {
             return;
         }
-        let pair = bodies.pair(self.key).filter(|_| self.met());
-        let ids = pair.and_then(|pair| triangle_ids(pair, self.witness()));
-        let (verdict, found) = match ids {
-            Some(witness) => (Verdict::Intersecting { witness }, 1),
-            None if self.met() => return,
-            None => (Verdict::Separated, 0),
+        let Some(verdict) = self.verdict(bodies) else {
+            return;
         };
         if self.met() || self.apart() == 0.0 {
             state.search = self.cost;
         }
-        state.memory.decide(ids.map(|_| self.witness()));
-        state.finish(verdict, found, since);
+        state.apart = if self.met() { 0.0 } else { self.apart() };
+        let is_witnessed = matches!(verdict, Verdict::Intersecting { .. });
+        state.memory.decide(is_witnessed.then(|| self.witness()));
+        state.finish(verdict, u64::from(is_witnessed), since);
+    }
+
+    /// The verdict that it proves; `None` if its witness does not exist.
+    fn verdict(&self, bodies: &Bodies) -> Option<Verdict> {
+        if !self.met() {
+            return Some(Verdict::Separated);
+        }
+        let inside = INSIDE.iter().find(|(_, sign)| *sign == self.witness());
+        if let Some(&(inner, _)) = inside {
+            return Some(Verdict::Contained { inner });
+        }
+        let witness = triangle_ids(bodies.pair(self.key)?, self.witness())?;
+        Some(Verdict::Intersecting { witness })
     }
 
     /// For a pair that did not meet: the bodies are separated until the sum of their displacements
@@ -195,37 +219,61 @@ impl Known {
         self.since = frame as u32;
     }
 
-    /// Searches a pair that met, whose only question is whether it meets: all that this reads and
-    /// writes of it is this entry.
+    /// Finds out whether a [bare](Known::is_bare) pair meets: all that this reads and writes of it
+    /// is this entry. `to_the_end`: the search is expected to finish.
     pub fn search(
         &mut self,
         bodies: &Bodies,
         workspace: &mut Workspace,
         deadline: &mut Deadline,
+        to_the_end: bool,
         frame: u64,
     ) -> (Verdict, Spent) {
         let pair = bodies.pair(self.key);
         let Some([a, b]) = pair.filter(|_| deadline.has_room(LEAST_WORK)) else {
             return (Verdict::Undecided, Spent::default());
         };
-        let query = Query::intersection(&a.body.tree, &b.body.tree, a.relative(b));
-        query.begin_task(true, workspace);
+        let (trees, b_in_a) = ([&*a.body.tree, &*b.body.tree], a.relative(b));
+        let mut tested = 0;
+        if !self.met() && self.cost <= LONG_SEARCH {
+            tested = WORK_PER_ROOT_TEST;
+            deadline.spend(tested);
+            let low = root_test::distance(trees, &b_in_a, workspace);
+            if low > 0.0 {
+                self.part(until(bodies, self.key, [a, b], low, frame), frame);
+                self.cost = capped(MAX_STEP_WORK);
+                let (work, bv_tests) = (tested, 0);
+                return (Verdict::Separated, Spent { work, bv_tests });
+            }
+        }
+        let query = Query::intersection(trees[0], trees[1], b_in_a);
+        query.begin_task(to_the_end, workspace);
         deadline.spend(WORK_PER_QUERY);
         let answer = Question::Meet(query).advance(workspace, None, deadline);
         let mut spent = Spent::of(workspace);
         if answer.stop.is_final() {
             self.cost = capped(spent.work.max(MAX_STEP_WORK));
             if answer.verdict == Verdict::Separated {
-                (self.proof, self.since) = (0, frame as u32);
-                self.flags = self.flags & HOT | OVERLAPS | DECIDED;
+                self.part(0.0, frame);
             } else {
-                self.meet(workspace.witness().unwrap_or(NO_TRIANGLES), frame);
+                let is_inside =
+                    |&&(inner, _): &&(_, _)| answer.verdict == Verdict::Contained { inner };
+                let inside = INSIDE.iter().find(is_inside).map(|&(_, sign)| sign);
+                let witness = inside.or(workspace.witness()).unwrap_or(NO_TRIANGLES);
+                self.meet(witness, frame);
             }
         } else {
             self.cost = self.cost.max(capped(2 * spent.work));
         }
-        spent.work += WORK_PER_QUERY;
+        spent.work += WORK_PER_QUERY + tested;
         (answer.verdict, spent)
+    }
+
+    /// Records that the bodies are separated in `frame`, until the sum of their displacements
+    /// reaches `until`.
+    fn part(&mut self, until: f64, frame: u64) {
+        (self.proof, self.since) = (until.max(0.0).to_bits(), frame as u32);
+        self.flags = self.flags & HOT | OVERLAPS | DECIDED;
     }
 
     /// How far the bodies may move before they may meet; negative if they have moved farther since
@@ -289,10 +337,18 @@ impl Known {
         self.flags = self.flags & !HOT | if is_hot { HOT } else { 0 };
     }
 
-    /// True if [`Known::search`] finds out all that is asked: the pair met, no estimates of it were
-    /// reported, and it is not special.
-    pub fn is_bare(&self, bodies: &Bodies) -> bool {
-        self.met() && !self.is(TOLD) && !(bodies.has_special && bodies.is_special(self.key))
+    /// True if [`Known::search`] is the best way to find out all that is asked: no estimates of the
+    /// pair were reported, it is not special, and nothing in its state is likely to prove at less
+    /// cost, or for longer, that it is apart.
+    pub fn is_bare(&self, bodies: &Bodies, frame: u64) -> bool {
+        let is_slow = |pair| reach(bodies, self.key, pair, frame).is_some();
+        let is_simple = || {
+            self.met()
+                || !self.is_decided()
+                || self.cost <= LONG_SEARCH && !bodies.pair(self.key).is_some_and(is_slow)
+        };
+        let is_special = bodies.has_special && bodies.is_special(self.key);
+        !self.is(TOLD) && !is_special && is_simple()
     }
 
     /// True if its witnesses were lost since then.

@@ -21,7 +21,7 @@ use alloc::vec::Vec;
 use core::mem;
 use core::ops::Range;
 use punctual::engine::Deadline;
-use punctual::{Mode, Verdict};
+use punctual::{Mode, Verdict, Workspace};
 
 pub(crate) struct Listing<'l> {
     pub frame: &'l Frame<'l>,
@@ -40,6 +40,8 @@ pub(crate) struct Listing<'l> {
     /// True if something depends on the forecasts of the jobs.
     pub expects: bool,
     pub counts: Counts,
+    /// A workspace, if bare pairs are decided as they are listed.
+    pub scratch: Option<&'l mut Workspace>,
 }
 
 /// Counts of a list, besides the pairs in it.
@@ -287,7 +289,9 @@ impl<'l> Listing<'l> {
         let known = *known;
         let is_plain = !SPECIAL && self.frame.mode == Mode::Any && !bodies.wants_contacts(key);
         if is_plain && changed == number && !had_told {
-            self.list_open(pair, &known);
+            if !self.decide(pair, &known) {
+                self.list_open(pair, &known);
+            }
             return true;
         }
         let state = self.pairs.state_of(known, self.frame);
@@ -387,6 +391,26 @@ impl<'l> Listing<'l> {
                 self.report.note(listed, standing, Spent::default());
             }
         }
+        true
+    }
+
+    /// Decides a bare pair. False if it is not one, or if there is no workspace.
+    #[inline(always)]
+    fn decide(&mut self, pair: Candidate, known: &Known) -> bool {
+        let Frame { bodies, number, .. } = *self.frame;
+        let is_bare = |_: &&mut &mut Workspace| known.is_bare(bodies, number);
+        let Some(scratch) = self.scratch.as_mut().filter(is_bare) else {
+            return false;
+        };
+        let mut deadline = Deadline::of_a_part(None, u64::MAX, self.frame.clock);
+        let known = self.pairs.at_mut(pair.place);
+        let (verdict, spent) = known.search(bodies, scratch, &mut deadline, true, number);
+        self.report.spend(spent);
+        if verdict == Verdict::Undecided {
+            return false;
+        }
+        let found = u64::from(matches!(verdict, Verdict::Intersecting { .. }));
+        self.report.push_complete(pair.ids, verdict, found, 0);
         true
     }
 

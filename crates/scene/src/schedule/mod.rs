@@ -570,6 +570,7 @@ impl Schedule {
             next_found: 0,
             expects: !(is_free && (alone || begins)),
             counts: Counts::default(),
+            scratch: (is_free && alone).then_some(&mut **scratch),
         };
         let parts = match begins {
             false => 1,

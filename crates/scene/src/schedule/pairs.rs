@@ -178,13 +178,16 @@ impl Pairs {
     pub fn state_of(&mut self, known: Known, frame: &Frame) -> &mut PairState {
         let state = known
             .slot
-            .and_then(|slot| self.states[slot.place()].as_mut());
-        if let Some(state) = state {
-            known.tell(state, frame.bodies, frame.number);
-            return state;
-        }
-        self.new = PairState::new(known.since(frame.number));
-        &mut self.new
+            .and_then(|slot| self.states[slot.place()].as_deref_mut());
+        let state = match state {
+            Some(state) => state,
+            None => {
+                self.new = known.new_state(frame.number);
+                &mut self.new
+            }
+        };
+        known.tell(state, frame.bodies, frame.number);
+        state
     }
 
     /// Updates the entry of a pair from its state, which was updated in `frame`.
@@ -217,7 +220,7 @@ impl Pairs {
         });
         let known = self.at_mut(place);
         known.slot = Some(slot);
-        let new = PairState::new(known.since(frame));
+        let new = known.new_state(frame);
         match self.states[slot.place()].take() {
             Some(mut state) => {
                 *state = new;
@@ -249,8 +252,9 @@ impl Pairs {
         let known = self.find(key)?;
         let since = known.since(frame);
         let room = known.room(bodies, frame).or_else(|| {
-            let until = self.state_at(key)?.apart;
-            (until > 0.0).then(|| until - bodies.gone(key, since, frame))
+            let state = self.state_at(key)?;
+            let gone = || bodies.gone(key, state.completed, frame);
+            (state.apart > 0.0).then(|| state.apart - gone())
         });
         Some((room?, since))
     }

@@ -79,7 +79,8 @@ impl Revisit {
             if !self.has_room(search, &mut deadline) {
                 break;
             }
-            if search.pairs.at(place).is_bare(search.frame.bodies) && is_sought(place, search) {
+            let known = search.pairs.at(place);
+            if known.is_bare(search.frame.bodies, search.frame.number) && is_sought(place, search) {
                 self.ask(place, search, &mut deadline);
             }
         }
@@ -209,15 +210,11 @@ impl Revisit {
             return;
         }
         let threads = frame.threads().min(batches.len());
-        if threads == 1 && known.is_bare(bodies) {
+        if threads == 1 && known.is_bare(bodies, number) {
             let key = known.key;
-            let (verdict, spent) = known.search(bodies, scratch, latest, number);
+            let (verdict, spent) = known.search(bodies, scratch, latest, true, number);
             deadline.spend(spent.work);
-            self.note(key, verdict, spent);
-            if let Verdict::Contained { .. } = verdict {
-                pairs.state(place, frame).finish(verdict, 0, number);
-            }
-            return;
+            return self.note(key, verdict, spent);
         }
         let mut dealt = Turn {
             index: place as u32,
