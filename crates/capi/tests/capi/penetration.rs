@@ -151,7 +151,7 @@ fn what_no_penetration_query_takes() {
     null_is_seen(call(RUN, &no_a, None, 1, None), "query->a");
     let no_b = punctual_penetration_query { b: None, ..query };
     null_is_seen(call(RUN, &no_b, None, 1, None), "query->b");
-    null_is_seen(call(RUN, &query, None, 1, None), "penetration");
+    null_is_seen(call(RUN, &query, None, 1, None), "outcome");
     null_is_seen(call(RUN, &query, None, 1, Some(&mut out)), "workspace");
     let mut bad = query;
     bad.b_in_a.m[0] = 2.0;
