@@ -178,7 +178,10 @@ fn arrange(generated: &str, sources: &[(usize, String)], version: &str) -> Resul
 
 /// Whether a line of the source introduces the name: words, and then the name.
 fn introduces(line: &str, name: &str) -> bool {
-    let words = |text: &str| text.chars().all(|c| c.is_lowercase() || " \"C_".contains(c));
+    let words = |text: &str| {
+        text.chars()
+            .all(|c| c.is_lowercase() || " \"C_".contains(c))
+    };
     line.match_indices(name).any(|(at, _)| {
         let ends = !line[at + name.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_');
         ends && line[..at].ends_with(' ') && words(&line[..at])
