@@ -100,6 +100,38 @@ pub fn fails(status: Status, expected: Status, text: &str) {
     assert_eq!((status, last_error().as_str()), (expected, text));
 }
 
+/// A table of calls that are refused, a row each: `call(...) => null "what";` or `call(...) => Status "text";`.
+macro_rules! refuses {
+    ($($call:ident($($argument:expr),* $(,)?) => $kind:ident $text:expr;)*) => {$({
+        #[allow(unused_unsafe, reason = "only some take pointers")]
+        // SAFETY: pointers are null, or good for the call; what is too long is refused before it is read.
+        let status = unsafe { $call($($argument),*) };
+        crate::call::is_refused(stringify!($call), status, stringify!($kind), &$text);
+    })*};
+}
+pub(crate) use refuses;
+
+pub fn is_refused(call: &str, status: Status, kind: &str, text: &str) {
+    let told = last_error();
+    if kind != "null" {
+        assert_eq!(
+            (format!("{status:?}").as_str(), told.as_str()),
+            (kind, text)
+        );
+        return;
+    }
+    assert_eq!(status, Status::Null, "{call}: {told}");
+    let name = if call.starts_with("punctual_") {
+        call
+    } else {
+        "punctual_"
+    };
+    assert!(
+        told.starts_with(name) && told.ends_with(&format!(": {text} is null")),
+        "{call}: {told}"
+    );
+}
+
 #[track_caller]
 pub fn null_is_seen(status: Status, what: &str) {
     assert_eq!(status, Status::Null);

@@ -154,12 +154,10 @@ fn room_is_made_for_contacts() {
         punctual_workspace_reserve_contacts(Some(&mut workspace), 10),
         Status::Ok
     );
-    let status = punctual_workspace_reserve_contacts(Some(&mut workspace), usize::MAX / 2);
-    fails(
-        status,
-        Status::OutOfMemory,
-        "punctual_workspace_reserve_contacts: there is not that much memory",
-    );
+    refuses! {
+        punctual_workspace_reserve_contacts(Some(&mut workspace), usize::MAX / 2)
+            => OutOfMemory "punctual_workspace_reserve_contacts: there is not that much memory";
+    }
     let tree = tree_of(&knot());
     let query = punctual_contact_query_new(Some(&tree), Some(&tree), raw(&tilted()));
     let said = made(|out| {
@@ -183,87 +181,44 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut out = MaybeUninit::uninit();
-    null_is_seen(
-        run(
-            &punctual_contact_query { a: None, ..query },
-            None,
-            budget,
-            None,
-        ),
-        "query->a",
-    );
-    null_is_seen(
-        run(
-            &punctual_contact_query { b: None, ..query },
-            None,
-            budget,
-            None,
-        ),
-        "query->b",
-    );
-    null_is_seen(run(&query, None, budget, None), "outcome");
-    null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(resume(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(
-        unsafe { punctual_contact_query_certificate(asked(None), None, slot(None)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_contact_query_certificate(asked(Some(&query)), None, slot(None)) },
-        "certificate",
-    );
+    refuses! {
+        run(&punctual_contact_query { a: None, ..query }, None, budget, None) => null "query->a";
+        run(&punctual_contact_query { b: None, ..query }, None, budget, None) => null "query->b";
+        run(&query, None, budget, None) => null "outcome";
+        run(&query, None, budget, Some(&mut out)) => null "workspace";
+        resume(&query, None, budget, Some(&mut out)) => null "workspace";
+        punctual_contact_query_certificate(asked(None), None, slot(None)) => null "query";
+        punctual_contact_query_certificate(asked(Some(&query)), None, slot(None))
+            => null "certificate";
+    }
     let pair = punctual_triangle_pair { a: 0, b: u32::MAX };
     let mut normals = MaybeUninit::uninit();
-    null_is_seen(
-        unsafe { punctual_contact_face_normals(asked(None), pair, Some(&mut normals)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_contact_face_normals(asked(Some(&query)), pair, None) },
-        "normals",
-    );
+    refuses! {
+        punctual_contact_face_normals(asked(None), pair, Some(&mut normals)) => null "query";
+        punctual_contact_face_normals(asked(Some(&query)), pair, None) => null "normals";
+    }
     let text = format!(
         "punctual_contact_face_normals: triangles.b is 4294967295, but there are {}",
         made(|out| unsafe { punctual_tree_describe(Some(&tree), slot(out)) }).triangles
     );
-    fails(
-        unsafe { punctual_contact_face_normals(asked(Some(&query)), pair, Some(&mut normals)) },
-        Status::BadArgument,
-        &text,
-    );
-    null_is_seen(punctual_workspace_drain_contacts(None), "workspace");
-    null_is_seen(punctual_workspace_reserve_contacts(None, 1), "workspace");
-    // SAFETY: null.
-    unsafe {
-        null_is_seen(
-            punctual_contact_query_open_boxes(asked(None), None, null_mut(), 0, None),
-            "query",
-        );
-        null_is_seen(
-            punctual_workspace_contacts(None, null_mut(), size_of::<punctual_contact>(), 0, None),
-            "workspace",
-        );
-        null_is_seen(
-            punctual_workspace_contacts(
-                Some(&workspace),
-                null_mut(),
-                size_of::<punctual_contact>(),
-                0,
-                None,
-            ),
-            "count",
-        );
+    refuses! {
+        punctual_contact_face_normals(asked(Some(&query)), pair, Some(&mut normals))
+            => BadArgument &text;
+        punctual_workspace_drain_contacts(None) => null "workspace";
+        punctual_workspace_reserve_contacts(None, 1) => null "workspace";
+    }
+    refuses! {
+        punctual_contact_query_open_boxes(asked(None), None, null_mut(), 0, None)
+            => null "query";
+        punctual_workspace_contacts(None, null_mut(), size_of::<punctual_contact>(), 0, None)
+            => null "workspace";
+        punctual_workspace_contacts(Some(&workspace), null_mut(), size_of::<punctual_contact>(), 0, None)
+            => null "count";
     }
     for margin in [-1.0, f64::NAN] {
-        let status = run(
-            &punctual_contact_query { margin, ..query },
-            Some(&mut workspace),
-            budget,
-            Some(&mut out),
-        );
-        let text = format!(
-            "punctual_contact_query_run: query->margin is {margin}, which is negative or no number"
-        );
-        fails(status, Status::BadArgument, &text);
+        refuses! {
+            run(&punctual_contact_query { margin, ..query }, Some(&mut workspace), budget, Some(&mut out))
+                => BadArgument &format!("punctual_contact_query_run: query->margin is {margin}, which is negative or no number");
+        }
     }
 }

@@ -212,92 +212,40 @@ fn null_is_refused_by_distance_queries() {
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut out = MaybeUninit::uninit();
-    null_is_seen(
-        run(
-            &punctual_distance_query { a: None, ..query },
-            None,
-            budget,
-            None,
-        ),
-        "query->a",
-    );
-    null_is_seen(
-        run(
-            &punctual_distance_query { b: None, ..query },
-            None,
-            budget,
-            None,
-        ),
-        "query->b",
-    );
-    null_is_seen(run(&query, None, budget, None), "outcome");
-    null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(
-        unsafe { punctual_distance_query_certificate(asked(None), None, slot(None)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_predict(asked(None), None, None) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_predict(asked(Some(&query)), None, None) },
-        "work",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_estimate(asked(None), None, None, slot(None)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_estimate(asked(Some(&query)), None, None, slot(None)) },
-        "estimate",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_certificate(asked(Some(&query)), None, slot(None)) },
-        "certificate",
-    );
-    null_is_seen(
-        unsafe {
-            punctual_distance_query_certificate(
-                asked(Some(&query)),
-                None,
-                slot(Some(&mut MaybeUninit::uninit())),
-            )
-        },
-        "workspace",
-    );
+    refuses! {
+        run(&punctual_distance_query { a: None, ..query }, None, budget, None) => null "query->a";
+        run(&punctual_distance_query { b: None, ..query }, None, budget, None) => null "query->b";
+        run(&query, None, budget, None) => null "outcome";
+        run(&query, None, budget, Some(&mut out)) => null "workspace";
+        punctual_distance_query_certificate(asked(None), None, slot(None)) => null "query";
+        punctual_distance_query_predict(asked(None), None, None) => null "query";
+        punctual_distance_query_predict(asked(Some(&query)), None, None) => null "work";
+        punctual_distance_query_estimate(asked(None), None, None, slot(None)) => null "query";
+        punctual_distance_query_estimate(asked(Some(&query)), None, None, slot(None))
+            => null "estimate";
+        punctual_distance_query_certificate(asked(Some(&query)), None, slot(None))
+            => null "certificate";
+        punctual_distance_query_certificate(asked(Some(&query)), None, slot(Some(&mut MaybeUninit::uninit())))
+            => null "workspace";
+    }
     let no_clock = punctual_clock {
         now: None,
         context: null_mut(),
     };
-    // SAFETY: nothing but null.
-    unsafe {
-        null_is_seen(
-            punctual_distance_query_open_boxes(asked(None), None, null_mut(), 0, None),
-            "query",
-        );
-        null_is_seen(
-            punctual_distance_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
-            "count",
-        );
-        null_is_seen(
-            punctual_distance_query_run(asked(None), None, None, budget, None, slot(None)),
-            "query",
-        );
-        null_is_seen(
-            punctual_distance_query_resume(asked(None), None, None, budget, None, slot(None)),
-            "query",
-        );
-        let (workspace, clock) = (Some(&mut *workspace), Some(&no_clock));
-        let status = punctual_distance_query_resume(
-            asked(Some(&query)),
-            workspace,
-            None,
-            budget,
-            clock,
-            slot(Some(&mut out)),
-        );
-        null_is_seen(status, "clock->now");
+    refuses! {
+        punctual_distance_query_open_boxes(asked(None), None, null_mut(), 0, None)
+            => null "query";
+        punctual_distance_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None)
+            => null "count";
+        punctual_distance_query_run(asked(None), None, None, budget, None, slot(None))
+            => null "query";
+        punctual_distance_query_resume(asked(None), None, None, budget, None, slot(None))
+            => null "query";
+    }
+    let (workspace, clock) = (Some(&mut *workspace), Some(&no_clock));
+    refuses! {
+        punctual_distance_query_resume(asked(Some(&query)), workspace, None, budget, clock, slot(Some(&mut out)))
+            => null "clock->now";
     }
 }
 
@@ -382,15 +330,8 @@ fn numbers_out_of_range_are_named_by_distance_queries() {
     }
     let mut bad = query;
     bad.b_in_a.m[7] = nan;
-    let status = run(
-        &bad,
-        Some(&mut workspace),
-        punctual_budget_unlimited(),
-        Some(&mut MaybeUninit::uninit()),
-    );
-    fails(
-        status,
-        Status::BadPose,
-        "punctual_distance_query_run: entry 7 of the pose [R|t], row by row, is not finite",
-    );
+    refuses! {
+        run(&bad, Some(&mut workspace), punctual_budget_unlimited(), Some(&mut MaybeUninit::uninit()))
+            => BadPose "punctual_distance_query_run: entry 7 of the pose [R|t], row by row, is not finite";
+    }
 }

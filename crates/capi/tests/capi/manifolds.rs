@@ -5,7 +5,7 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::{Budget, PairMemory, Query, StopReason, Tree, Workspace, shapes};
-use punctual_capi::{punctual_status as Status, *};
+use punctual_capi::*;
 
 const NO_MANIFOLD_POINT: punctual_manifold_point = punctual_manifold_point {
     id: 0,
@@ -120,31 +120,14 @@ fn bad_questions_for_manifolds_are_refused() {
         let mut query = punctual_manifold_query_new(Some(&tree), Some(&tree), raw(&tilted()));
         query.skin = skin;
         // SAFETY: no clock of the caller's.
-        let status = unsafe {
-            punctual_manifold_query_run(
-                asked(Some(&query)),
-                Some(&mut workspace),
-                None,
-                budget,
-                None,
-                null_mut(),
-            )
-        };
-        let text = format!(
-            "punctual_manifold_query_run: query->skin is {text}, which is negative or no number"
-        );
-        fails(status, Status::BadArgument, &text);
+        refuses! {
+            punctual_manifold_query_run(asked(Some(&query)), Some(&mut workspace), None, budget, None, null_mut())
+                => BadArgument &format!("punctual_manifold_query_run: query->skin is {text}, which is negative or no number");
+        }
     }
     // SAFETY: null is told.
-    let status = unsafe {
-        punctual_manifold_query_run(
-            asked(None),
-            Some(&mut workspace),
-            None,
-            budget,
-            None,
-            null_mut(),
-        )
-    };
-    null_is_seen(status, "query");
+    refuses! {
+        punctual_manifold_query_run(asked(None), Some(&mut workspace), None, budget, None, null_mut())
+            => null "query";
+    }
 }

@@ -177,16 +177,11 @@ fn bad_motions_are_refused() {
     let query = punctual_motion_query_new(Some(&tree), Some(&tree), motion);
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
-    // SAFETY: nothing but null.
-    unsafe {
-        null_is_seen(
-            punctual_motion_query_certificate(asked(Some(&query)), None, slot(None)),
-            "certificate",
-        );
-        null_is_seen(
-            punctual_motion_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
-            "count",
-        );
+    refuses! {
+        punctual_motion_query_certificate(asked(Some(&query)), None, slot(None))
+            => null "certificate";
+        punctual_motion_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None)
+            => null "count";
     }
     let mut refused = |query: punctual_motion_query, what: &str| {
         let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
@@ -284,28 +279,16 @@ fn bad_motions_are_refused() {
     let mut bad = query;
     bad.of_b.start.m[0] = 2.0;
     assert_eq!(refused(bad, "rotation"), Status::BadPose);
-    null_is_seen(
-        unsafe { punctual_motion_query_predict(asked(None), None, None) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_motion_query_predict(asked(Some(&query)), None, None) },
-        "work",
-    );
-    null_is_seen(
-        unsafe { punctual_motion_query_remaining(asked(None), None, None, null_mut()) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_motion_query_remaining(asked(Some(&query)), None, None, null_mut()) },
-        "remaining",
-    );
-    null_is_seen(
-        punctual_motion_screw(motion.start, motion.start, None),
-        "motion",
-    );
-    null_is_seen(punctual_motion_pose(None, 0.0, None), "motion");
-    null_is_seen(punctual_motion_pose(Some(&motion), 0.0, None), "pose");
+    refuses! {
+        punctual_motion_query_predict(asked(None), None, None) => null "query";
+        punctual_motion_query_predict(asked(Some(&query)), None, None) => null "work";
+        punctual_motion_query_remaining(asked(None), None, None, null_mut()) => null "query";
+        punctual_motion_query_remaining(asked(Some(&query)), None, None, null_mut())
+            => null "remaining";
+        punctual_motion_screw(motion.start, motion.start, None) => null "motion";
+        punctual_motion_pose(None, 0.0, None) => null "motion";
+        punctual_motion_pose(Some(&motion), 0.0, None) => null "pose";
+    }
 }
 
 const NAN: punctual_point = punctual_point {

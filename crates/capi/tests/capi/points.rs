@@ -273,41 +273,17 @@ fn what_is_no_solid_or_no_point_is_refused() {
     let text = "punctual_points_run: point 1 is not finite along axis 2";
     refused(status, Status::BadArgument, text);
     points[1][2] = 0.0;
-    null_is_seen(
-        spend(
-            false,
-            none,
-            &points,
-            1,
-            Some(&mut workspace),
-            9,
-            room,
-            Some(&mut out),
-        ),
-        "tree",
-    );
-    null_is_seen(
-        spend(false, some, &points, 1, None, 9, room, Some(&mut out)),
-        "workspace",
-    );
+    refuses! {
+        spend(false, none, &points, 1, Some(&mut workspace), 9, room, Some(&mut out))
+            => null "tree";
+        spend(false, some, &points, 1, None, 9, room, Some(&mut out)) => null "workspace";
+    }
     let nowhere = null_mut();
-    null_is_seen(
-        spend(
-            false,
-            some,
-            &points,
-            1,
-            Some(&mut workspace),
-            9,
-            nowhere,
-            Some(&mut out),
-        ),
-        "bounds",
-    );
-    null_is_seen(
-        spend(false, some, &points, 1, Some(&mut workspace), 9, room, None),
-        "outcome",
-    );
+    refuses! {
+        spend(false, some, &points, 1, Some(&mut workspace), 9, nowhere, Some(&mut out))
+            => null "bounds";
+        spend(false, some, &points, 1, Some(&mut workspace), 9, room, None) => null "outcome";
+    }
     let options = punctual_build_options {
         solid: 7,
         ..Default::default()

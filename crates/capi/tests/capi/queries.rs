@@ -316,18 +316,10 @@ fn queries_answer_as_in_rust() {
             both.run(budget, native_budget);
             let (workspace, out) = (Some(&mut *both.workspace), Some(&mut MaybeUninit::uninit()));
             // SAFETY: no clock of the caller's.
-            let status = unsafe {
-                punctual_query_resume(
-                    asked(Some(&both.query)),
-                    workspace,
-                    None,
-                    budget,
-                    None,
-                    slot(out),
-                )
-            };
-            let text = "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
-            fails(status, Status::NotResumable, text);
+            refuses! {
+                punctual_query_resume(asked(Some(&both.query)), workspace, None, budget, None, slot(out))
+                    => NotResumable "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
+            }
         }
     }
 }

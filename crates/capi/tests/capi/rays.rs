@@ -280,24 +280,12 @@ fn what_is_no_ray_is_refused_by_name() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let (ray, mut out) = (rays()[0].0, MaybeUninit::uninit());
     let query = punctual_ray_query_new(Some(&tree), ray);
-    null_is_seen(
-        cast(
-            &punctual_ray_query {
-                tree: None,
-                ..query
-            },
-            false,
-            None,
-            1,
-            None,
-        ),
-        "query->tree",
-    );
-    null_is_seen(
-        cast(&query, false, Some(&mut workspace), 1, None),
-        "outcome",
-    );
-    null_is_seen(cast(&query, true, None, 1, Some(&mut out)), "workspace");
+    refuses! {
+        cast(&punctual_ray_query { tree: None, ..query }, false, None, 1, None)
+            => null "query->tree";
+        cast(&query, false, Some(&mut workspace), 1, None) => null "outcome";
+        cast(&query, true, None, 1, Some(&mut out)) => null "workspace";
+    }
     let lost = punctual_ray {
         target: punctual_point {
             x: 0.0,
@@ -328,93 +316,41 @@ fn what_is_no_ray_is_refused_by_name() {
             "query->mode has no value 3",
         ),
     ] {
-        let status = cast(&bad, false, Some(&mut workspace), 1, Some(&mut out));
-        fails(
-            status,
-            Status::BadArgument,
-            &format!("punctual_ray_query_run: {text}"),
-        );
+        refuses! {
+            cast(&bad, false, Some(&mut workspace), 1, Some(&mut out))
+                => BadArgument &format!("punctual_ray_query_run: {text}");
+        }
     }
     let (mut many, mut hits, mut out) = ([ray; 3], [NO_HIT; 3], MaybeUninit::uninit());
     let asked = punctual_ray_batch_new(Some(&tree), many.as_ptr(), 3);
     let room = hits.as_mut_ptr();
-    null_is_seen(
-        batch(
-            &punctual_ray_batch {
-                tree: None,
-                ..asked
-            },
-            false,
-            None,
-            1,
-            room,
-            None,
-        ),
-        "batch->tree",
-    );
-    null_is_seen(
-        batch(
-            &punctual_ray_batch {
-                rays: null(),
-                ..asked
-            },
-            false,
-            None,
-            1,
-            room,
-            None,
-        ),
-        "batch->rays",
-    );
-    null_is_seen(batch(&asked, false, None, 1, null_mut(), None), "hits");
-    null_is_seen(
-        batch(&asked, false, Some(&mut workspace), 1, room, None),
-        "outcome",
-    );
-    null_is_seen(
-        batch(&asked, true, None, 1, room, Some(&mut out)),
-        "workspace",
-    );
-    let status = batch(
-        &punctual_ray_batch { mode: 2, ..asked },
-        false,
-        Some(&mut workspace),
-        1,
-        room,
-        Some(&mut out),
-    );
-    fails(
-        status,
-        Status::BadArgument,
-        "punctual_ray_batch_run: batch->mode has no value 2",
-    );
+    refuses! {
+        batch(&punctual_ray_batch { tree: None, ..asked }, false, None, 1, room, None)
+            => null "batch->tree";
+        batch(&punctual_ray_batch { rays: null(), ..asked }, false, None, 1, room, None)
+            => null "batch->rays";
+        batch(&asked, false, None, 1, null_mut(), None) => null "hits";
+        batch(&asked, false, Some(&mut workspace), 1, room, None) => null "outcome";
+        batch(&asked, true, None, 1, room, Some(&mut out)) => null "workspace";
+        batch(&punctual_ray_batch { mode: 2, ..asked }, false, Some(&mut workspace), 1, room, Some(&mut out))
+            => BadArgument "punctual_ray_batch_run: batch->mode has no value 2";
+    }
     many[1] = lost;
     let asked = punctual_ray_batch {
         rays: many.as_ptr(),
         ..asked
     };
-    let status = batch(&asked, false, Some(&mut workspace), 1, room, Some(&mut out));
-    let text =
-        "punctual_ray_batch_run: batch->rays[1]: y of the ray's direction or end is not finite";
-    fails(status, Status::BadArgument, text);
-    null_is_seen(punctual_workspace_drain_ray_hits(None), "workspace");
-    null_is_seen(punctual_workspace_reserve_ray_hits(None, 1), "workspace");
-    let status = punctual_workspace_reserve_ray_hits(Some(&mut workspace), usize::MAX / 2);
-    fails(
-        status,
-        Status::OutOfMemory,
-        "punctual_workspace_reserve_ray_hits: there is not that much memory",
-    );
-    // SAFETY: null.
-    unsafe {
-        null_is_seen(
-            punctual_workspace_ray_hits(None, null_mut(), 0, None),
-            "workspace",
-        );
-        null_is_seen(
-            punctual_workspace_ray_hits(Some(&workspace), null_mut(), 0, None),
-            "count",
-        );
+    refuses! {
+        batch(&asked, false, Some(&mut workspace), 1, room, Some(&mut out))
+            => BadArgument "punctual_ray_batch_run: batch->rays[1]: y of the ray's direction or end is not finite";
+        punctual_workspace_drain_ray_hits(None) => null "workspace";
+        punctual_workspace_reserve_ray_hits(None, 1) => null "workspace";
+        punctual_workspace_reserve_ray_hits(Some(&mut workspace), usize::MAX / 2)
+            => OutOfMemory "punctual_workspace_reserve_ray_hits: there is not that much memory";
+    }
+    refuses! {
+        punctual_workspace_ray_hits(None, null_mut(), 0, None) => null "workspace";
+        punctual_workspace_ray_hits(Some(&workspace), null_mut(), 0, None) => null "count";
     }
 }
 
@@ -462,22 +398,12 @@ fn the_clearance_is_that_of_rust() {
             && clearance(&memory, &at(2.0)) == 0.0
     );
     let (pose, mut out) = (raw(&at(9.0)), MaybeUninit::uninit());
-    null_is_seen(
-        punctual_memory_clearance(None, tree, tree, pose, Some(&mut out)),
-        "memory",
-    );
-    null_is_seen(
-        punctual_memory_clearance(Some(&memory), None, tree, pose, Some(&mut out)),
-        "a",
-    );
-    null_is_seen(
-        punctual_memory_clearance(Some(&memory), tree, None, pose, Some(&mut out)),
-        "b",
-    );
-    null_is_seen(
-        punctual_memory_clearance(Some(&memory), tree, tree, pose, None),
-        "clearance",
-    );
+    refuses! {
+        punctual_memory_clearance(None, tree, tree, pose, Some(&mut out)) => null "memory";
+        punctual_memory_clearance(Some(&memory), None, tree, pose, Some(&mut out)) => null "a";
+        punctual_memory_clearance(Some(&memory), tree, None, pose, Some(&mut out)) => null "b";
+        punctual_memory_clearance(Some(&memory), tree, tree, pose, None) => null "clearance";
+    }
     let no_pose = punctual_pose { m: [0.0; 12] };
     assert_eq!(
         punctual_memory_clearance(Some(&memory), tree, tree, no_pose, Some(&mut out)),
