@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn no_byte_beyond_a_struct_is_written_and_none_of_it_is_left() {
+    fn a_write_fills_the_struct_and_stays_within_it() {
         let value = Grown {
             size: Grown::SIZE,
             first: 4,
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_are_as_far_apart_as_the_caller_has_them() {
+    fn arrays_have_the_element_size_of_the_caller() {
         let items = [1, 2, 3].map(|first| Grown {
             first,
             ..Grown::default()

@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_a_status_and_poisons_what_was_being_changed() {
+    fn a_panic_becomes_a_status_and_poisons_the_handle() {
         let mut handle = Handle::new(1);
         let status = door("punctual_test", || {
             handle.change("it", |value| {

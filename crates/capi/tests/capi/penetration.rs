@@ -142,7 +142,7 @@ fn limits_and_tolerances_are_those_of_rust() {
 }
 
 #[test]
-fn what_no_penetration_query_takes() {
+fn nulls_and_bad_poses_are_refused_by_penetration_queries() {
     let ours = tree_of(&knot());
     let (tree, mut out) = (Some(&*ours), MaybeUninit::uninit());
     let mut workspace = owned(|out| punctual_penetration_workspace_new(out));

@@ -275,7 +275,7 @@ fn batches_are_those_of_rust_and_do_not_allocate_again() {
 }
 
 #[test]
-fn what_is_no_ray_is_refused_by_name() {
+fn bad_rays_are_refused_by_name() {
     let tree = tree_of(&knot());
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let (ray, mut out) = (rays()[0].0, MaybeUninit::uninit());

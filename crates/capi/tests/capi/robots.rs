@@ -186,7 +186,7 @@ fn obstacles_may_touch_the_links_that_are_named() {
 
 /// The arm with a link that it does not have in its SRDF file, told with and without room.
 #[test]
-fn what_the_files_of_a_robot_say_in_vain_is_told() {
+fn ignored_elements_of_robot_files_are_reported() {
     let srdf = std::env::temp_dir().join(format!("punctual-c-{}.srdf", std::process::id()));
     let pair = "<disable_collisions link1=\"nose\" link2=\"nose\"/>";
     std::fs::write(&srdf, format!("<robot>{pair}\n{pair}</robot>")).unwrap();
@@ -216,7 +216,7 @@ fn what_the_files_of_a_robot_say_in_vain_is_told() {
 }
 
 #[test]
-fn robots_refuse_what_is_wrong() {
+fn bad_robot_arguments_are_refused() {
     let (mut robot, _, tree) = arms();
     let [urdf, name, nose, none] = [ARM, "it", "nose", "none.urdf"].map(text);
     let pose = punctual_pose_identity();

@@ -266,7 +266,7 @@ fn rays_hit_bodies_as_in_rust() {
 }
 
 #[test]
-fn answers_refuse_what_is_not_there() {
+fn unknown_bodies_and_motions_are_refused() {
     let Both { mut scene, ids, .. } = Both::new();
     let (id, unlimited) = (ids[0].0, punctual_budget_unlimited());
     let ray = punctual_scene_ray_new(punctual_ray_new(

@@ -258,7 +258,7 @@ fn which_body_is_within_the_other_is_told_whatever_their_order() {
 }
 
 #[test]
-fn groups_refuse_what_is_not_there() {
+fn unknown_bodies_and_groups_are_refused() {
     let Both { mut scene, ids, .. } = Both::new();
     let (id, motion) = (ids[0].0, punctual_motion_straight(raw(&at(0.0)), NO_POINT));
     let pose = raw(&at(0.0));

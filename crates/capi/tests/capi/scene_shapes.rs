@@ -198,7 +198,7 @@ fn a_batch_of_rays_is_answered_ray_by_ray_and_groups_hide_bodies() {
 }
 
 #[test]
-fn what_shapes_and_groups_refuse_is_named() {
+fn bad_shapes_and_groups_are_refused_by_name() {
     let Both {
         mut scene,
         cube,
