@@ -127,13 +127,6 @@ impl From<&Body> for punctual_body<'_> {
             BodyKind::Fixed => punctual_body_kind::Fixed,
         };
         let Filter { groups, mask, .. } = body.filter;
-        let Body {
-            importance,
-            margin,
-            is_sensor,
-            data,
-            ..
-        } = *body;
         Self {
             size: Self::SIZE,
             tree: None,
@@ -141,10 +134,10 @@ impl From<&Body> for punctual_body<'_> {
             kind: kind as u32,
             groups,
             mask,
-            importance,
-            margin,
-            is_sensor,
-            data,
+            importance: body.importance,
+            margin: body.margin,
+            is_sensor: body.is_sensor,
+            data: body.data,
         }
     }
 }

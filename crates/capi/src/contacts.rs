@@ -144,10 +144,10 @@ calls! {
         workspace: Option<&mut punctual_workspace>, contacts: usize
     ) {
         change(workspace, "workspace", |workspace| {
-                find_room([(contacts, size_of::<Contact>() + 3 * size_of::<u64>())])?;
-                workspace.reserve_contacts(contacts);
-                Ok(())
-            })
+            find_room([(contacts, size_of::<Contact>() + 3 * size_of::<u64>())])?;
+            workspace.reserve_contacts(contacts);
+            Ok(())
+        })
     }
 }
 

@@ -156,23 +156,13 @@ impl From<StopReason> for punctual_stop_reason {
 
 impl From<Stats> for punctual_stats {
     fn from(stats: Stats) -> Self {
-        let Stats {
-            bv_tests,
-            primitive_tests,
-            exact_tests,
-            work,
-            queue_peak,
-            elapsed,
-            ..
-        } = stats;
-        let elapsed = nanoseconds(elapsed);
         Self {
-            bv_tests,
-            primitive_tests,
-            exact_tests,
-            work,
-            elapsed,
-            queue_peak,
+            bv_tests: stats.bv_tests,
+            primitive_tests: stats.primitive_tests,
+            exact_tests: stats.exact_tests,
+            work: stats.work,
+            elapsed: nanoseconds(stats.elapsed),
+            queue_peak: stats.queue_peak,
         }
     }
 }

@@ -163,23 +163,15 @@ impl<'t> punctual_penetration_query<'t> {
 
 impl From<punctual::Answer<Penetration>> for punctual_penetration {
     fn from(found: punctual::Answer<Penetration>) -> Self {
-        let Penetration {
-            low,
-            high,
-            direction,
-            b_in_a,
-            deeper,
-            ..
-        } = found.value;
         Self {
             size: Self::SIZE,
-            has_push: direction.is_some(),
-            direction: direction.unwrap_or(DVec3::ZERO).into(),
-            low,
-            high,
-            b_in_a: (&b_in_a).into(),
+            has_push: found.value.direction.is_some(),
+            direction: found.value.direction.unwrap_or(DVec3::ZERO).into(),
+            low: found.value.low,
+            high: found.value.high,
+            b_in_a: (&found.value.b_in_a).into(),
             stop: found.stop.into(),
-            deeper: match deeper {
+            deeper: match found.value.deeper {
                 None => punctual_deeper::Undecided,
                 Some(true) => punctual_deeper::Yes,
                 Some(false) => punctual_deeper::No,

@@ -241,10 +241,10 @@ calls! {
         workspace: Option<&mut punctual_workspace>, hits: usize
     ) {
         change(workspace, "workspace", |workspace| {
-                find_room([(hits, size_of::<RayHit>())])?;
-                workspace.reserve_ray_hits(hits);
-                Ok(())
-            })
+            find_room([(hits, size_of::<RayHit>())])?;
+            workspace.reserve_ray_hits(hits);
+            Ok(())
+        })
     }
 }
 

@@ -439,22 +439,14 @@ impl From<Outcome<Collision>> for punctual_robot_collision {
 
 impl From<Outcome<Clearance>> for punctual_robot_clearance {
     fn from(found: Outcome<Clearance>) -> Self {
-        let Clearance {
-            low,
-            high,
-            pair,
-            points,
-            normal,
-            ..
-        } = found.value;
         Self {
             size: Self::SIZE,
             stop: found.stop.into(),
-            low,
-            high,
-            shapes: numbers(pair),
-            points: points.map(Into::into),
-            normal: normal.into(),
+            low: found.value.low,
+            high: found.value.high,
+            shapes: numbers(found.value.pair),
+            points: found.value.points.map(Into::into),
+            normal: found.value.normal.into(),
             work: found.work,
         }
     }
@@ -462,14 +454,7 @@ impl From<Outcome<Clearance>> for punctual_robot_clearance {
 
 impl From<Outcome<Edge>> for punctual_robot_motion {
     fn from(found: Outcome<Edge>) -> Self {
-        let Edge {
-            answer,
-            free_until,
-            touching_at,
-            pair,
-            ..
-        } = found.value;
-        let verdict = match answer {
+        let verdict = match found.value.answer {
             EdgeAnswer::Free => punctual_robot_verdict::Free,
             EdgeAnswer::Contact => punctual_robot_verdict::Contact,
             EdgeAnswer::Undecided => punctual_robot_verdict::Undecided,
@@ -477,9 +462,9 @@ impl From<Outcome<Edge>> for punctual_robot_motion {
         Self {
             size: Self::SIZE,
             verdict,
-            free_until,
-            touching_at: touching_at.unwrap_or(f64::INFINITY),
-            shapes: numbers(pair),
+            free_until: found.value.free_until,
+            touching_at: found.value.touching_at.unwrap_or(f64::INFINITY),
+            shapes: numbers(found.value.pair),
             stop: found.stop.into(),
             work: found.work,
         }

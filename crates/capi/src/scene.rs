@@ -76,26 +76,18 @@ impl From<&PairReport> for punctual_pair_report {
     fn from(pair: &PairReport) -> Self {
         let witness_distance = pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
         let (verdict, witness) = verdict(pair.verdict);
-        let PairReport {
-            found,
-            complete,
-            probability,
-            recall,
-            age,
-            ..
-        } = *pair;
         let [a, b] = [pair.a, pair.b].map(Into::into);
         Self {
             a,
             b,
             verdict,
-            complete,
+            complete: pair.complete,
             witness,
             witness_distance,
-            found,
-            probability,
-            recall,
-            age,
+            found: pair.found,
+            probability: pair.probability,
+            recall: pair.recall,
+            age: pair.age,
         }
     }
 }

@@ -286,23 +286,14 @@ impl From<&BodyContact> for punctual_body_contact {
 
 impl From<PairDistance> for punctual_pair_distance {
     fn from(pair: PairDistance) -> Self {
-        let PairDistance {
-            low,
-            high,
-            triangles,
-            age,
-            ..
-        } = pair;
-        let (has_triangles, triangles) =
-            (triangles.is_some(), triangles.unwrap_or_default().into());
         Self {
             a: pair.a.into(),
             b: pair.b.into(),
-            low,
-            high,
-            has_triangles,
-            triangles,
-            age,
+            low: pair.low,
+            high: pair.high,
+            has_triangles: pair.triangles.is_some(),
+            triangles: pair.triangles.unwrap_or_default().into(),
+            age: pair.age,
         }
     }
 }
@@ -332,23 +323,14 @@ impl From<Option<BodyHit>> for punctual_body_hit {
 
 impl From<SceneCast> for punctual_scene_ray_cast {
     fn from(cast: SceneCast) -> Self {
-        let SceneCast {
-            hit,
-            found,
-            free_until,
-            stop,
-            work,
-            elapsed,
-            ..
-        } = cast;
         Self {
             size: Self::SIZE,
-            hit: hit.into(),
-            found,
-            free_until,
-            stop: stop.into(),
-            work,
-            elapsed: nanoseconds(elapsed),
+            hit: cast.hit.into(),
+            found: cast.found,
+            free_until: cast.free_until,
+            stop: cast.stop.into(),
+            work: cast.work,
+            elapsed: nanoseconds(cast.elapsed),
         }
     }
 }

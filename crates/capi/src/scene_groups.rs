@@ -326,46 +326,30 @@ calls! {
 
 impl From<&GroupDistance> for punctual_group_distance {
     fn from(found: &GroupDistance) -> Self {
-        let GroupDistance {
-            id,
-            low,
-            high,
-            bodies,
-            triangles,
-            open,
-            ..
-        } = *found;
         let nobody = punctual_body_id::default();
-        let names = bodies.map_or([nobody; 2], |pair| pair.map(Into::into));
-        let triangles = triangles.unwrap_or_default().into();
+        let names = found
+            .bodies
+            .map_or([nobody; 2], |pair| pair.map(Into::into));
         Self {
-            id: id.to_bits(),
-            low,
-            high,
-            has_bodies: bodies.is_some(),
+            id: found.id.to_bits(),
+            low: found.low,
+            high: found.high,
+            has_bodies: found.bodies.is_some(),
             bodies: names,
-            triangles,
-            open,
+            triangles: found.triangles.unwrap_or_default().into(),
+            open: found.open,
         }
     }
 }
 
 impl From<&ContactPoint> for punctual_contact_point {
     fn from(point: &ContactPoint) -> Self {
-        let ContactPoint {
-            manifold,
-            id,
-            points,
-            normal,
-            distance,
-            ..
-        } = *point;
         Self {
-            manifold,
-            id,
-            points: points.map(Into::into),
-            normal: normal.into(),
-            distance,
+            manifold: point.manifold,
+            id: point.id,
+            points: point.points.map(Into::into),
+            normal: point.normal.into(),
+            distance: point.distance,
         }
     }
 }

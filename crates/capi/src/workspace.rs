@@ -1,7 +1,7 @@
 //! The buffers of a query.
 
 use crate::arrays::find_room;
-use crate::handle::{Handle, change, get, put, set};
+use crate::handle::{Handle, get, put, set};
 use crate::rays::Rays;
 use crate::sized::{grows, place, read};
 use crate::status::{Fault, free, given};
@@ -159,26 +159,11 @@ calls! {
         workspace: Option<&mut punctual_workspace>, costs: *const punctual_cost_model
     ) {
         // SAFETY: the contract of the header for structs.
-        let punctual_cost_model {
-            bv_test,
-            triangle_test,
-            box_update,
-            setup,
-            ..
-        } = unsafe { read(costs, "costs") }?;
-        if let Some(&bad) = [bv_test, triangle_test, box_update, setup].iter()
-            .find(|cost| !cost.is_finite())
-        {
+        let costs = unsafe { read(costs, "costs") }?;
+        let costs = [costs.bv_test, costs.triangle_test, costs.box_update, costs.setup];
+        if let Some(&bad) = costs.iter().find(|cost| !cost.is_finite()) {
             return Err(Fault::Number("a cost", bad));
         }
-        change(workspace, "workspace", |workspace| {
-                workspace.set_cost_model(CostModel::new([
-                    bv_test,
-                    triangle_test,
-                    box_update,
-                    setup,
-                ]));
-                Ok(())
-            })
+        set(workspace, "workspace", |workspace| workspace.set_cost_model(CostModel::new(costs)))
     }
 }

@@ -14,7 +14,7 @@ fn read(file: &str) -> String {
     .unwrap()
 }
 
-/// Names that begin with `punctual_` and are followed by `(`, outside comments.
+/// Names that begin with `punctual_` and are called, or handed to a macro that calls them; outside comments.
 fn calls(source: &str) -> BTreeSet<String> {
     let code = source
         .lines()
@@ -26,7 +26,7 @@ fn calls(source: &str) -> BTreeSet<String> {
                 .chars()
                 .take_while(|c| c.is_alphanumeric() || *c == '_')
                 .collect();
-            if line[at + name.len()..].starts_with(['(', '<']) {
+            if line[at + name.len()..].starts_with(['(', '<', ',']) {
                 names.insert(name);
             }
         }

@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::contacts::{Contact, ContactBounds};
-use punctual::{Answer, Budget, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{Answer, Query, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 const NO_CONTACT: punctual_contact = punctual_contact {
@@ -23,7 +23,6 @@ fn same(ours: &punctual_contacts, theirs: &Answer<ContactBounds>) {
         (ours.low, ours.found),
         (theirs.value.low, theirs.stats.found)
     );
-    assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     same_stats(&ours.stats, &theirs.stats);
 }
 
@@ -80,20 +79,12 @@ fn contacts_are_those_of_rust() {
         let native = Query::contacts(&theirs, &theirs, tilted())
             .margin(margin)
             .contact_limit(limit);
-        let budget = punctual_budget_work(work);
-        let mut said = made(|out| run(&query, Some(&mut workspace), budget, out));
-        let mut native_said = native.run(&mut other, Budget::work(work));
-        loop {
-            same(&said, &native_said);
+        let compare = |said: &_, told: &_, held: &mut punctual_workspace, other: &mut Workspace| {
+            same(said, told);
+            let (place, size) = (room.as_mut_ptr(), size_of::<punctual_contact>());
             // SAFETY: there is room for 64.
             let count = made(|out| unsafe {
-                punctual_workspace_contacts(
-                    Some(&workspace),
-                    room.as_mut_ptr(),
-                    size_of::<punctual_contact>(),
-                    64,
-                    out,
-                )
+                punctual_workspace_contacts(Some(held), place, size, 64, out)
             });
             assert_eq!(count, other.contacts().len());
             for (ours, theirs) in room.iter().zip(other.contacts()) {
@@ -105,44 +96,22 @@ fn contacts_are_those_of_rust() {
                 assert_eq!(normals, native.face_normals(theirs.triangles));
                 touching += usize::from(ours.has_segment);
             }
-            let open = made(|out| unsafe {
-                punctual_contact_query_certificate(asked(Some(&query)), Some(&workspace), slot(out))
-            });
-            let certificate = native.certificate(&other).unwrap();
-            assert_eq!(
-                (open.open_pairs, open.upper_bound),
-                (certificate.open_pairs(), certificate.upper_bound())
+            same_certificate!(
+                punctual_contact_query_certificate,
+                punctual_contact_query_open_boxes,
+                &query,
+                held,
+                native.certificate(other).unwrap()
             );
-            // SAFETY: no room is claimed.
-            let boxes = made(|out| unsafe {
-                punctual_contact_query_open_boxes(
-                    asked(Some(&query)),
-                    Some(&workspace),
-                    null_mut(),
-                    0,
-                    out,
-                )
-            });
-            assert_eq!(boxes, certificate.boxes().count());
-            if native_said.stop == StopReason::Finished {
-                break;
+            if told.stop != StopReason::Finished {
+                assert_eq!(punctual_workspace_drain_contacts(Some(held)), Status::Ok);
+                drop(other.drain_contacts());
             }
-            stops += 1;
-            assert_eq!(
-                punctual_workspace_drain_contacts(Some(&mut workspace)),
-                Status::Ok
-            );
-            drop(other.drain_contacts());
-            said = made(|out| resume(&query, Some(&mut workspace), budget, out));
-            native_said = native.resume(&mut other, Budget::work(work)).unwrap();
-        }
-        let status = resume(
-            &query,
-            Some(&mut workspace),
-            budget,
-            Some(&mut MaybeUninit::uninit()),
+        };
+        stops += to_the_end!(
+            punctual_contact_query_run, punctual_contact_query_resume, query, native, work,
+            workspace, other; compare
         );
-        assert_eq!(status, Status::NotResumable);
     }
     assert!(stops > 5 && touching > 50, "{stops} {touching}");
 }

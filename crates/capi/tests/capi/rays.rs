@@ -7,8 +7,8 @@ use super::allocations::allocator_calls;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
-use punctual::rays::{RayHit, RayMode};
-use punctual::{Budget, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
+use punctual::rays::{RayBounds, RayHit, RayMode};
+use punctual::{Answer, Budget, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 const NO_HIT: punctual_ray_hit = punctual_ray_hit {
@@ -143,47 +143,39 @@ fn rays_are_those_of_rust() {
                 ..punctual_ray_query_new(Some(&ours), raw)
             };
             let native = Query::ray(&theirs, ray).mode(mode).solid(true);
-            let mut expected = native.run(&mut other, Budget::work(400));
-            let mut said = made(|out| cast(&query, false, Some(&mut workspace), 400, out));
-            loop {
-                same_hit(&said.hit, expected.value.hit);
+            let compare = |said: &punctual_ray_cast,
+                           told: &Answer<RayBounds>,
+                           held: &mut punctual_workspace,
+                           other: &mut Workspace| {
+                same_hit(&said.hit, told.value.hit);
                 assert_eq!(
                     (said.found, said.free_until),
-                    (expected.stats.found, expected.value.free_until)
+                    (told.stats.found, told.value.free_until)
                 );
-                assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
-                same_stats(&said.stats, &expected.stats);
-                let inside = match expected.value.starts_inside {
+                same_stats(&said.stats, &told.stats);
+                let inside = match told.value.starts_inside {
                     None => punctual_inside::Undecided,
                     Some(true) => punctual_inside::Yes,
                     Some(false) => punctual_inside::No,
                 };
                 assert_eq!(said.starts_inside, inside as u64);
-                let listed = found(&workspace);
+                let listed = found(held);
                 assert_eq!(listed.len(), other.ray_hits().len());
                 listed
                     .iter()
                     .zip(other.ray_hits())
                     .for_each(|(ours, &theirs)| same_hit(ours, Some(theirs)));
                 hits += listed.len();
-                match expected.stop {
-                    StopReason::Finished | StopReason::FirstHit => break,
-                    StopReason::PairsFull => {
-                        full += 1;
-                        assert_eq!(
-                            punctual_workspace_drain_ray_hits(Some(&mut workspace)),
-                            Status::Ok
-                        );
-                        drop(other.drain_ray_hits());
-                    }
-                    _ => stops += 1,
+                if told.stop == StopReason::PairsFull {
+                    full += 1;
+                    assert_eq!(punctual_workspace_drain_ray_hits(Some(held)), Status::Ok);
+                    drop(other.drain_ray_hits());
                 }
-                expected = native.resume(&mut other, Budget::work(400)).unwrap();
-                said = made(|out| cast(&query, true, Some(&mut workspace), 400, out));
-            }
-            let mut out = MaybeUninit::uninit();
-            let status = cast(&query, true, Some(&mut workspace), 400, Some(&mut out));
-            assert_eq!(status, Status::NotResumable);
+            };
+            stops += to_the_end!(
+                punctual_ray_query_run, punctual_ray_query_resume, query, native, 400,
+                workspace, other; compare
+            );
         }
     }
     assert!(stops > 20 && full > 5 && hits > 60, "{stops} {full} {hits}");
