@@ -1,8 +1,9 @@
 //! The C interface: opaque handles, plain structs, a status from every call that can fail. No logic
 //! of its own.
 //!
-//! `include/punctual.h` is generated from these files, and their comments are its comments;
-//! `docs/c.md` is the guide. Pointers come in as `Option<&T>`, `Option<&mut T>` and
+//! `include/punctual.h` is generated from these files behind their macros, and their comments are
+//! its comments; `docs/c.md` is the guide. `verbs` has what the functions of all questions are made
+//! of. Pointers come in as `Option<&T>`, `Option<&mut T>` and
 //! `Option<Box<T>>`, which have the layout of a pointer that may be null, so that only arrays,
 //! texts, the caller's clock, and structs that may be shorter than here (`sized`) need code that
 //! the compiler cannot check. `status::door` stands in each call that does any work: no panic

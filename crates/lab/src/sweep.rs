@@ -74,7 +74,6 @@ pub fn run(args: &Settings<'_>, out: &mut impl Write) -> Result<bool, Failure> {
     args.plan.choose();
     let mut peers = args
         .peer_times
-        .as_deref()
         .map(peers::read)
         .transpose()?
         .unwrap_or_default();
