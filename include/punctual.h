@@ -78,8 +78,9 @@ extern "C" {
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and nothing was changed
- * (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text that names the place.
+ * How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and
+ * nothing was changed (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text that
+ * names the place.
  */
 enum punctual_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -95,7 +96,8 @@ enum punctual_status
    */
   PUNCTUAL_STATUS_NULL = 1,
   /**
-   * A number is out of its range: an unknown value of an enumeration, an index or a length, or NaN.
+   * A number is out of its range: an unknown value of an enumeration, an index or a length, or
+   * NaN.
    */
   PUNCTUAL_STATUS_BAD_ARGUMENT = 2,
   /**
@@ -131,7 +133,8 @@ enum punctual_status
    */
   PUNCTUAL_STATUS_NO_THREAD = 10,
   /**
-   * An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which can only be freed now.
+   * An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which can
+   * only be freed now.
    */
   PUNCTUAL_STATUS_POISONED = 11,
   /**
@@ -152,13 +155,15 @@ typedef uint32_t punctual_status;
 #endif // __cplusplus
 
 /**
- * The text of the last call on this thread that failed, in UTF-8: the function, the place and the fault. Empty if none
- * did. Valid until the next call on this thread that fails; calls that succeed leave it.
+ * The text of the last call on this thread that failed, in UTF-8: the function, the place and the
+ * fault. Empty if none did. Valid until the next call on this thread that fails; calls that
+ * succeed leave it.
  */
 const char *punctual_last_error(void);
 
 /**
- * The version of the library, such as "1.2.3". Compare it with `PUNCTUAL_VERSION`, that of the header.
+ * The version of the library, such as "1.2.3". Compare it with `PUNCTUAL_VERSION`, that of the
+ * header.
  */
 const char *punctual_version(void);
 
@@ -167,14 +172,17 @@ const char *punctual_version(void);
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps coordinates of B to those of A:
- * `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double, rounded after each operation.
+ * A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps
+ * coordinates of B to those of A: `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double,
+ * rounded after each operation.
  *
- * It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror) and then used as it is.
+ * It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror) and
+ * then used as it is.
  */
 typedef struct punctual_pose {
   /**
-   * Row by row; `m[3]`, `m[7]` and `m[11]` are the translation, in the length unit of the meshes.
+   * Row by row; `m[3]`, `m[7]` and `m[11]` are the translation, in the length unit of the
+   * meshes.
    */
   double m[12];
 } punctual_pose;
@@ -269,7 +277,8 @@ enum punctual_format
    */
   PUNCTUAL_FORMAT_PLY = 2,
   /**
-   * glTF, binary or JSON text with its buffers in it: the triangles of the default scene, moved by their nodes.
+   * glTF, binary or JSON text with its buffers in it: the triangles of the default scene, moved
+   * by their nodes.
    */
   PUNCTUAL_FORMAT_GLTF = 3,
   /**
@@ -290,7 +299,8 @@ typedef uint32_t punctual_format;
 #endif // __cplusplus
 
 /**
- * A triangle surface: checked once when it is made, never changed after. Any number of threads may read it.
+ * A triangle surface: checked once when it is made, never changed after. Any number of threads may
+ * read it.
  */
 typedef struct punctual_mesh punctual_mesh;
 
@@ -319,17 +329,19 @@ typedef struct punctual_mesh_facts {
    */
   bool is_f32;
   /**
-   * The smallest box around all vertices in use, in the frame of the mesh; empty without triangles.
+   * The smallest box around all vertices in use, in the frame of the mesh; empty without
+   * triangles.
    */
   struct punctual_aabb bounds;
 } punctual_mesh_facts;
 
 /**
- * Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices, from 0, which are copied.
+ * Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices,
+ * from 0, which are copied.
  *
- * Coordinates are in one length unit, the caller's, in the frame of the mesh, and kept to the bit. Triangles may be
- * degenerate, share vertices or overlap; vertices that none uses may hold anything. No triangles are fine. Takes linear
- * time.
+ * Coordinates are in one length unit, the caller's, in the frame of the mesh, and kept to the
+ * bit. Triangles may be degenerate, share vertices or overlap; vertices that none uses may
+ * hold anything. No triangles are fine. Takes linear time.
  *
  * Fails with BAD_MESH if an index is out of range or a coordinate in use is not finite.
  */
@@ -340,7 +352,8 @@ punctual_status punctual_mesh_new_f32(const float *vertices,
                                       struct punctual_mesh **mesh);
 
 /**
- * Like `punctual_mesh_new_f32`. The mesh is stored as float if that keeps every bit of the vertices in use.
+ * Like `punctual_mesh_new_f32`. The mesh is stored as float if that keeps every bit of the
+ * vertices in use.
  *
  * Fails with BAD_MESH also if a coordinate in use exceeds 2^1000.
  */
@@ -351,24 +364,23 @@ punctual_status punctual_mesh_new_f64(const double *vertices,
                                       struct punctual_mesh **mesh);
 
 /**
- * Reads the mesh of a file, OBJ, STL, PLY, OFF, glTF or COLLADA by its extension, also before `.gz`. `path` is UTF-8 and ends
- * with a
- * zero byte.
+ * Reads the mesh of a file, OBJ, STL, PLY, OFF, glTF or COLLADA by its extension, also before
+ * `.gz`. `path` is UTF-8 and ends with a zero byte.
  *
- * Polygons are triangulated; coordinates have the precision of the file. What is passed over is not told; `punctual
- * info` tells
- * it. Takes time and memory in proportion to the file; a glTF file may use its meshes for up to 2^24 triangles, and a
- * packed
- * file hold up to 2^30 bytes.
+ * Polygons are triangulated; coordinates have the precision of the file. What is passed over
+ * is not told; `punctual info` tells it. Takes time and memory in proportion to the file; a
+ * glTF file may use its meshes for up to 2^24 triangles, and a packed file hold up to 2^30
+ * bytes.
  *
- * Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if `path` is not UTF-8. The text of
- * `punctual_last_error` names the file and the line or byte in it.
+ * Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if
+ * `path` is not UTF-8. The text of `punctual_last_error` names the file and the line or byte
+ * in it.
  */
-punctual_status punctual_mesh_read(const char *path,
-                                   struct punctual_mesh **mesh);
+punctual_status punctual_mesh_read(const char *path, struct punctual_mesh **mesh);
 
 /**
- * Like `punctual_mesh_read` for the content of a file, of `count` bytes in a `punctual_format`.
+ * Like `punctual_mesh_read` for the content of a file, of `count` bytes in a
+ * `punctual_format`.
  *
  * Fails with BAD_FILE if it holds no mesh, and with BAD_ARGUMENT for an unknown format.
  */
@@ -388,7 +400,8 @@ void punctual_mesh_free(struct punctual_mesh *mesh);
 punctual_status punctual_mesh_describe(const struct punctual_mesh *mesh, struct punctual_mesh_facts *facts);
 
 /**
- * The vertex indices of all triangles, three for each, in the order given. Valid as long as the mesh.
+ * The vertex indices of all triangles, three for each, in the order given. Valid as long as
+ * the mesh.
  */
 punctual_status punctual_mesh_indices(const struct punctual_mesh *mesh, const uint32_t **indices);
 
@@ -400,14 +413,15 @@ punctual_status punctual_mesh_indices(const struct punctual_mesh *mesh, const ui
 punctual_status punctual_mesh_vertex(const struct punctual_mesh *mesh, size_t index, struct punctual_point *vertex);
 
 /**
- * A sphere of radius 1 around the origin, `20 * 4^subdivisions` triangles; at most 12 subdivisions. As for all shapes,
- * arguments that are out of range are moved into it, and the same arguments give the same mesh.
+ * A sphere of radius 1 around the origin, `20 * 4^subdivisions` triangles; at most 12
+ * subdivisions. As for all shapes, arguments that are out of range are moved into it, and the
+ * same arguments give the same mesh.
  */
 punctual_status punctual_shape_icosphere(uint32_t subdivisions, struct punctual_mesh **mesh);
 
 /**
- * A box around the origin of these half extents, 1e-6 to 1e6; each face is a grid of `cells` by `cells` squares, 1 to 8192:
- * `12 * cells^2` triangles.
+ * A box around the origin of these half extents, 1e-6 to 1e6; each face is a grid of `cells`
+ * by `cells` squares, 1 to 8192: `12 * cells^2` triangles.
  */
 punctual_status punctual_shape_cuboid(float half_x,
                                       float half_y,
@@ -416,17 +430,16 @@ punctual_status punctual_shape_cuboid(float half_x,
                                       struct punctual_mesh **mesh);
 
 /**
- * A torus around the z axis: a tube of radius `minor`, 0.01 to 0.99 times `major`, along a circle of radius `major`, 1e-6 to
- * 1e6; `2 * resolution * max(3, resolution / 2)` triangles, `resolution` 3 to 16384.
+ * A torus around the z axis: a tube of radius `minor`, 0.01 to 0.99 times `major`, along a
+ * circle of radius `major`, 1e-6 to 1e6; `2 * resolution * max(3, resolution / 2)` triangles,
+ * `resolution` 3 to 16384.
  */
-punctual_status punctual_shape_torus(float major,
-                                     float minor,
-                                     uint32_t resolution,
-                                     struct punctual_mesh **mesh);
+punctual_status punctual_shape_torus(float major, float minor, uint32_t resolution, struct punctual_mesh **mesh);
 
 /**
- * A tube of radius `tube`, 0.01 to 0.3, along a knot that winds `p` times around the z axis while it winds `q` times around
- * the tube of a torus of radii 2/3 and 1/3; `2 * resolution * max(3, resolution / 8)` triangles.
+ * A tube of radius `tube`, 0.01 to 0.3, along a knot that winds `p` times around the z axis
+ * while it winds `q` times around the tube of a torus of radii 2/3 and 1/3; `2 * resolution *
+ * max(3, resolution / 8)` triangles.
  */
 punctual_status punctual_shape_torus_knot(uint32_t p,
                                           uint32_t q,
@@ -435,19 +448,16 @@ punctual_status punctual_shape_torus_knot(uint32_t p,
                                           struct punctual_mesh **mesh);
 
 /**
- * A spur gear of outer radius 1 and thickness 0.3 around the z axis, `32 * teeth * resolution^2` triangles; `teeth` is 3 to
- * 4096, `resolution` 1 to 64.
+ * A spur gear of outer radius 1 and thickness 0.3 around the z axis, `32 * teeth *
+ * resolution^2` triangles; `teeth` is 3 to 4096, `resolution` 1 to 64.
  */
-punctual_status punctual_shape_gear(uint32_t teeth,
-                                    uint32_t resolution,
-                                    struct punctual_mesh **mesh);
+punctual_status punctual_shape_gear(uint32_t teeth, uint32_t resolution, struct punctual_mesh **mesh);
 
 /**
- * Hills over the square from -1 to 1 in x and y, an open surface of `2 * resolution^2` triangles. Each seed has its own.
+ * Hills over the square from -1 to 1 in x and y, an open surface of `2 * resolution^2`
+ * triangles. Each seed has its own.
  */
-punctual_status punctual_shape_height_field(uint32_t resolution,
-                                            uint64_t seed,
-                                            struct punctual_mesh **mesh);
+punctual_status punctual_shape_height_field(uint32_t resolution, uint64_t seed, struct punctual_mesh **mesh);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 4. Trees
@@ -495,8 +505,8 @@ enum punctual_solid
    */
   PUNCTUAL_SOLID_KEEP = 1,
   /**
-   * A solid of which parts that are inside out are reversed: the second and third corner of their triangles change
-   * places.
+   * A solid of which parts that are inside out are reversed: the second and third corner of
+   * their triangles change places.
    */
   PUNCTUAL_SOLID_FLIP = 2,
 };
@@ -509,7 +519,8 @@ typedef uint32_t punctual_solid;
 #endif // __cplusplus
 
 /**
- * The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.
+ * The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as
+ * none refits or frees it.
  */
 typedef struct punctual_tree punctual_tree;
 
@@ -530,12 +541,14 @@ typedef struct punctual_build_options {
    */
   uint32_t frames;
   /**
-   * Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a scene, convex bodies that are
-   * close are then told apart by a plane, without a search, until a refit. Takes a third to the whole of the build's time more.
+   * Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a
+   * scene, convex bodies that are close are then told apart by a plane, without a search, until
+   * a refit. Takes a third to the whole of the build's time more.
    */
   uint32_t extremes;
   /**
-   * Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
+   * Most threads to build in; more than one only for large meshes. The tree is the same, to the
+   * bit.
    */
   size_t threads;
   /**
@@ -553,8 +566,8 @@ typedef struct punctual_tree_facts {
    */
   uint32_t size;
   /**
-   * How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no
-   * unit.
+   * How much looser the boxes have become since the build, by refits: the SAH cost now over that
+   * after the build, no unit.
    */
   float degradation;
   /**
@@ -584,24 +597,6 @@ typedef struct punctual_tree_facts {
 } punctual_tree_facts;
 
 /**
- * One level of a tree.
- */
-typedef struct punctual_tree_level {
-  /**
-   * Nodes on it.
-   */
-  uint32_t nodes;
-  /**
-   * Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a binary level, 0 to 1.
-   */
-  float alpha[3];
-  /**
-   * Mean number of binary levels of their subtrees: log2 of their triangles.
-   */
-  float levels;
-} punctual_tree_level;
-
-/**
  * Mass properties of a solid of density 1.
  */
 typedef struct punctual_mass_properties {
@@ -614,10 +609,30 @@ typedef struct punctual_mass_properties {
    */
   struct punctual_point center;
   /**
-   * The inertia tensor about the centre of mass, for the axes of the mesh: row by row; it is symmetric.
+   * The inertia tensor about the centre of mass, for the axes of the mesh: row by row; it is
+   * symmetric.
    */
   double inertia[9];
 } punctual_mass_properties;
+
+/**
+ * One level of a tree.
+ */
+typedef struct punctual_tree_level {
+  /**
+   * Nodes on it.
+   */
+  uint32_t nodes;
+  /**
+   * Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a
+   * binary level, 0 to 1.
+   */
+  float alpha[3];
+  /**
+   * Mean number of binary levels of their subtrees: log2 of their triangles.
+   */
+  float levels;
+} punctual_tree_level;
 
 /**
  * What `punctual_build_options_default` calls: writes as many bytes as the caller's struct has.
@@ -634,7 +649,8 @@ PUNCTUAL_INLINE punctual_build_options punctual_build_options_default(void) {
 }
 
 /**
- * Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
+ * Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults.
+ * Takes `n log n` time.
  *
  * Fails with BAD_ARGUMENT if `options->effort` or `options->solid` is unknown.
  */
@@ -643,9 +659,10 @@ punctual_status punctual_tree_new(const struct punctual_mesh *mesh,
                                   struct punctual_tree **tree);
 
 /**
- * The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
- * how many there are to `count`. They are the caller's. For a closed mesh of floats they are about 30 a triangle. Takes
- * linear time and allocates; with a capacity of 0, where `bytes` may be null, it only counts, and allocates nothing.
+ * The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity`
+ * allows are written to `bytes`, and how many there are to `count`. They are the caller's. For
+ * a closed mesh of floats they are about 30 a triangle. Takes linear time and allocates; with
+ * a capacity of 0, where `bytes` may be null, it only counts, and allocates nothing.
  */
 punctual_status punctual_tree_to_bytes(const struct punctual_tree *tree,
                                        uint8_t *bytes,
@@ -653,16 +670,14 @@ punctual_status punctual_tree_to_bytes(const struct punctual_tree *tree,
                                        size_t *count);
 
 /**
- * The tree that `punctual_tree_to_bytes` was called on, of which the bytes are not needed any more: its queries do the same,
- * to the bit. Takes a part of the time of a build.
+ * The tree that `punctual_tree_to_bytes` was called on, of which the bytes are not needed any
+ * more: its queries do the same, to the bit. Takes a part of the time of a build.
  *
- * Fails with BAD_FILE if the bytes are no tree, are of another version of the format, or were changed, cut or extended.
- * Whatever they are, it takes no memory out of proportion to their number, and the tree that it makes gives true answers
- * about the mesh that they hold.
+ * Fails with BAD_FILE if the bytes are no tree, are of another version of the format, or were
+ * changed, cut or extended. Whatever they are, it takes no memory out of proportion to their
+ * number, and the tree that it makes gives true answers about the mesh that they hold.
  */
-punctual_status punctual_tree_from_bytes(const uint8_t *bytes,
-                                         size_t count,
-                                         struct punctual_tree **tree);
+punctual_status punctual_tree_from_bytes(const uint8_t *bytes, size_t count, struct punctual_tree **tree);
 
 /**
  * Frees a tree; null is fine. Scenes keep what they share.
@@ -670,18 +685,19 @@ punctual_status punctual_tree_from_bytes(const uint8_t *bytes,
 void punctual_tree_free(struct punctual_tree *tree);
 
 /**
- * Moves the vertices of the mesh, which keeps its triangles: all of them, `3 * vertex_count` coordinates in the order of the
- * mesh. Queries stay exact. Takes linear time, a small part of a build, and allocates nothing, unless a scene shares the
- * tree: the scene then keeps the old one (see `punctual_scene_refit_f32`). Stopped queries cannot be resumed afterwards.
+ * Moves the vertices of the mesh, which keeps its triangles: all of them, `3 * vertex_count`
+ * coordinates in the order of the mesh. Queries stay exact. Takes linear time, a small part of
+ * a build, and allocates nothing, unless a scene shares the tree: the scene then keeps the old
+ * one (see `punctual_scene_refit_f32`). Stopped queries cannot be resumed afterwards.
  *
- * Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the tree is unchanged then.
+ * Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the
+ * tree is unchanged then.
  */
-punctual_status punctual_tree_refit_f32(struct punctual_tree *tree,
-                                        const float *vertices,
-                                        size_t vertex_count);
+punctual_status punctual_tree_refit_f32(struct punctual_tree *tree, const float *vertices, size_t vertex_count);
 
 /**
- * Like `punctual_tree_refit_f32`. Allocates only once, if the mesh was stored as float and needs double now.
+ * Like `punctual_tree_refit_f32`. Allocates only once, if the mesh was stored as float and
+ * needs double now.
  */
 punctual_status punctual_tree_refit_f64(struct punctual_tree *tree, const double *vertices, size_t vertex_count);
 
@@ -696,8 +712,26 @@ punctual_status punctual_tree_mesh(const struct punctual_tree *tree, struct punc
 punctual_status punctual_tree_describe(const struct punctual_tree *tree, struct punctual_tree_facts *facts);
 
 /**
- * Describes the levels of a tree, the root's first: as many as `capacity` allows are written to `levels`, and how many there
- * are to `count`. Takes linear time and allocates.
+ * Computes the mass properties of a closed solid (`punctual_build_options.solid`). Takes
+ * linear time and allocates.
+ *
+ * Fails with BAD_MESH if the tree is no solid, has open edges, is inside out, or has no
+ * volume.
+ */
+punctual_status punctual_tree_mass_properties(const struct punctual_tree *tree, struct punctual_mass_properties *mass);
+
+/**
+ * Checks that every triangle is in one leaf and inside every box above it. Takes linear time
+ * and allocates.
+ *
+ * Fails with BAD_TREE if not, which no tree that was built here does.
+ */
+punctual_status punctual_tree_validate(const struct punctual_tree *tree);
+
+/**
+ * Describes the levels of a tree, the root's first. Takes linear time and allocates.
+ * As many as `capacity` allows are written to `levels`,
+ * and how many there are to `count`.
  */
 punctual_status punctual_tree_levels(const struct punctual_tree *tree,
                                      struct punctual_tree_level *levels,
@@ -706,27 +740,15 @@ punctual_status punctual_tree_levels(const struct punctual_tree *tree,
                                      size_t *count);
 
 /**
- * The alphas of all nodes of a tree, as stored at build and refit: the product over the three axes, 0 to 1. The root's first, each
- * node before those below it. As many as `capacity` allows are written to `alphas`, and how many there are to `count`.
+ * The alphas of all nodes of a tree, as stored at build and refit: the product over the three
+ * axes, 0 to 1. The root's first, each node before those below it.
+ * As many as `capacity` allows are written to `alphas`,
+ * and how many there are to `count`.
  */
 punctual_status punctual_tree_node_alphas(const struct punctual_tree *tree,
                                           float *alphas,
                                           size_t capacity,
                                           size_t *count);
-
-/**
- * Computes the mass properties of a closed solid (`punctual_build_options.solid`). Takes linear time and allocates.
- *
- * Fails with BAD_MESH if the tree is no solid, has open edges, is inside out, or has no volume.
- */
-punctual_status punctual_tree_mass_properties(const struct punctual_tree *tree, struct punctual_mass_properties *mass);
-
-/**
- * Checks that every triangle is in one leaf and inside every box above it. Takes linear time and allocates.
- *
- * Fails with BAD_TREE if not, which no tree that was built here does.
- */
-punctual_status punctual_tree_validate(const struct punctual_tree *tree);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 5. Two triangles
@@ -757,19 +779,18 @@ typedef struct punctual_segment {
 } punctual_segment;
 
 /**
- * Whether two closed triangles share at least one point, exactly for the given coordinates. Touching is intersecting; a
- * degenerate triangle is the segment or point that it is.
+ * Whether two closed triangles share at least one point, exactly for the given coordinates.
+ * Touching is intersecting; a degenerate triangle is the segment or point that it is.
  *
  * Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
  */
 punctual_status punctual_triangles_intersect(struct punctual_triangle a, struct punctual_triangle b, bool *intersect);
 
 /**
- * The segment in which two closed triangles meet. `meet` says whether they do; if not, `segment`, two points, is left
- * alone. Of
- * triangles that touch in a point both ends are that point; of triangles in one plane it is the longest segment in
- * both. Ends
- * are within 1e-12 times the largest coordinate of both triangles.
+ * The segment in which two closed triangles meet. `meet` says whether they do; if not,
+ * `segment`, two points, is left alone. Of triangles that touch in a point both ends are that
+ * point; of triangles in one plane it is the longest segment in both. Ends are within 1e-12
+ * times the largest coordinate of both triangles.
  *
  * Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
  */
@@ -783,14 +804,14 @@ punctual_status punctual_triangle_segment(struct punctual_triangle a,
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the
- * default
- * poll interval.
+ * The most work of an intersection query between two looks at a work budget, which can be overrun
+ * by no more; the default poll interval.
  */
 #define PUNCTUAL_MAX_STEP_WORK 352
 
 /**
- * What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts, manifolds and motions.
+ * What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts,
+ * manifolds and motions.
  */
 #define PUNCTUAL_MAX_DISTANCE_STEP_WORK 1040
 
@@ -824,7 +845,8 @@ typedef uint32_t punctual_budget_kind;
 #endif // __cplusplus
 
 /**
- * What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
+ * What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and
+ * `punctual_budget_work`.
  */
 typedef struct punctual_budget {
   /**
@@ -836,17 +858,15 @@ typedef struct punctual_budget {
    */
   uint32_t kind;
   /**
-   * Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by
-   * default. A
-   * frame of a scene goes by the default.
+   * Least work between looks at the clock, which bounds how late a time budget can end;
+   * PUNCTUAL_MAX_STEP_WORK by default. A frame of a scene goes by the default.
    */
   uint64_t poll_interval;
 } punctual_budget;
 
 /**
- * A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind
- * (throw),
- * and not use what that call is using.
+ * A clock of the caller's. It is asked during the call that it is passed to, on the same thread.
+ * It must not unwind (throw), and not use what that call is using.
  */
 typedef struct punctual_clock {
   /**
@@ -870,9 +890,8 @@ struct punctual_budget punctual_budget_unlimited(void);
 struct punctual_budget punctual_budget_time(uint64_t nanoseconds);
 
 /**
- * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK):
- * the
- * same bits on every machine, in every run.
+ * Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries:
+ * PUNCTUAL_MAX_DISTANCE_STEP_WORK): the same bits on every machine, in every run.
  */
 struct punctual_budget punctual_budget_work(uint64_t units);
 
@@ -881,14 +900,15 @@ struct punctual_budget punctual_budget_work(uint64_t units);
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * Memory of one pair of trees between frames. It changes the speed of an answer, never the answer; handed to another pair of
- * trees, it forgets everything; refitted trees it takes for the same. One thread at a time may use it.
+ * Memory of one pair of trees between frames. It changes the speed of an answer, never the answer;
+ * handed to another pair of trees, it forgets everything; refitted trees it takes for the same.
+ * One thread at a time may use it.
  */
 typedef struct punctual_memory punctual_memory;
 
 /**
- * Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
- * thread at a time may use it.
+ * Every buffer that a query needs, and what the last query found and left open. Allocated once:
+ * queries do not allocate. One thread at a time may use it.
  */
 typedef struct punctual_workspace punctual_workspace;
 
@@ -905,6 +925,33 @@ typedef struct punctual_triangle_pair {
    */
   uint32_t b;
 } punctual_triangle_pair;
+
+/**
+ * What is remembered.
+ */
+typedef struct punctual_memory_facts {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * When it was last decided: 1 if the surfaces met, 0 if not; -1 if it never was.
+   */
+  int32_t last_verdict;
+  /**
+   * Frames since it was last decided.
+   */
+  uint32_t frames_undecided;
+  /**
+   * BV tests of the last query that ran to its end; -1 if none did.
+   */
+  int64_t last_bv_tests;
+  /**
+   * How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about
+   * the last 20.
+   */
+  double change_rate;
+} punctual_memory_facts;
 
 /**
  * What the steps of a query cost, in nanoseconds.
@@ -933,85 +980,6 @@ typedef struct punctual_cost_model {
 } punctual_cost_model;
 
 /**
- * What is remembered.
- */
-typedef struct punctual_memory_facts {
-  /**
-   * Its size in bytes, to be set before the call.
-   */
-  uint32_t size;
-  /**
-   * When it was last decided: 1 if the surfaces met, 0 if not; -1 if it never was.
-   */
-  int32_t last_verdict;
-  /**
-   * Frames since it was last decided.
-   */
-  uint32_t frames_undecided;
-  /**
-   * BV tests of the last query that ran to its end; -1 if none did.
-   */
-  int64_t last_bv_tests;
-  /**
-   * How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about the last 20.
-   */
-  double change_rate;
-} punctual_memory_facts;
-
-/**
- * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 960 kB.
- */
-punctual_status punctual_workspace_new(struct punctual_workspace **workspace);
-
-/**
- * Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and `pairs` found pairs, at
- * least 1 (when they are full, the query stops with PAIRS_FULL, to be drained and resumed): `20 queue + 8 pairs` bytes and
- * about 320 kB.
- *
- * Fails with OUT_OF_MEMORY if there is not that much.
- */
-punctual_status punctual_workspace_with_capacity(size_t queue,
-                                                 size_t pairs,
-                                                 struct punctual_workspace **workspace);
-
-/**
- * Frees a workspace; null is fine.
- */
-void punctual_workspace_free(struct punctual_workspace *workspace);
-
-/**
- * Uses the portable kernels from now on, whatever the machine offers: slower, the same bits.
- */
-punctual_status punctual_workspace_use_portable_kernels(struct punctual_workspace *workspace);
-
-/**
- * The intersecting pairs that the last query found, in order of discovery, without those drained. They stay the
- * workspace's, and are valid until it is used again.
- */
-punctual_status punctual_workspace_pairs(const struct punctual_workspace *workspace,
-                                         const struct punctual_triangle_pair **pairs,
-                                         size_t *count);
-
-/**
- * Forgets the found pairs, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
- */
-punctual_status punctual_workspace_drain_pairs(struct punctual_workspace *workspace);
-
-/**
- * The costs by which queries in this workspace go now.
- */
-punctual_status punctual_workspace_cost_model(const struct punctual_workspace *workspace,
-                                              struct punctual_cost_model *costs);
-
-/**
- * Lets queries in this workspace begin with these costs; they change with each query under a time budget.
- *
- * Fails with BAD_ARGUMENT if one is not finite.
- */
-punctual_status punctual_workspace_set_cost_model(struct punctual_workspace *workspace,
-                                                  const struct punctual_cost_model *costs);
-
-/**
  * Makes a memory that knows nothing, of about 1 kB.
  */
 punctual_status punctual_memory_new(struct punctual_memory **memory);
@@ -1027,9 +995,11 @@ void punctual_memory_free(struct punctual_memory *memory);
 punctual_status punctual_memory_describe(const struct punctual_memory *memory, struct punctual_memory_facts *facts);
 
 /**
- * Proven: how far apart the surfaces are at least at this pose, in the unit of the meshes, as far as distance queries with this
- * memory have shown it of these trees: what they proved, less the longest way of a point of B since then. 0 if nothing is known.
- * Costs some 50 operations. While it is more than 0, a `punctual_query` with this memory answers VERDICT_SEPARATED at once.
+ * Proven: how far apart the surfaces are at least at this pose, in the unit of the meshes, as
+ * far as distance queries with this memory have shown it of these trees: what they proved,
+ * less the longest way of a point of B since then. 0 if nothing is known. Costs some 50
+ * operations. While it is more than 0, a `punctual_query` with this memory answers
+ * VERDICT_SEPARATED at once.
  *
  * Fails with NULL, BAD_POSE or POISONED.
  */
@@ -1039,51 +1009,63 @@ punctual_status punctual_memory_clearance(const struct punctual_memory *memory,
                                           struct punctual_pose b_in_a,
                                           double *clearance);
 
+/**
+ * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 960
+ * kB.
+ */
+punctual_status punctual_workspace_new(struct punctual_workspace **workspace);
+
+/**
+ * Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and
+ * `pairs` found pairs, at least 1 (when they are full, the query stops with PAIRS_FULL, to be
+ * drained and resumed): `20 queue + 8 pairs` bytes and about 320 kB.
+ *
+ * Fails with OUT_OF_MEMORY if there is not that much.
+ */
+punctual_status punctual_workspace_with_capacity(size_t queue, size_t pairs, struct punctual_workspace **workspace);
+
+/**
+ * Frees a workspace; null is fine.
+ */
+void punctual_workspace_free(struct punctual_workspace *workspace);
+
+/**
+ * Uses the portable kernels from now on, whatever the machine offers: slower, the same bits.
+ */
+punctual_status punctual_workspace_use_portable_kernels(struct punctual_workspace *workspace);
+
+/**
+ * The intersecting pairs that the last query found, in order of discovery, without those
+ * drained. They stay the workspace's, and are valid until it is used again.
+ */
+punctual_status punctual_workspace_pairs(const struct punctual_workspace *workspace,
+                                         const struct punctual_triangle_pair **pairs,
+                                         size_t *count);
+
+/**
+ * Forgets the found pairs, so that a query that stopped with PAIRS_FULL can be resumed. Copy
+ * them first.
+ */
+punctual_status punctual_workspace_drain_pairs(struct punctual_workspace *workspace);
+
+/**
+ * The costs by which queries in this workspace go now.
+ */
+punctual_status punctual_workspace_cost_model(const struct punctual_workspace *workspace,
+                                              struct punctual_cost_model *costs);
+
+/**
+ * Lets queries in this workspace begin with these costs; they change with each query under a
+ * time budget.
+ *
+ * Fails with BAD_ARGUMENT if one is not finite.
+ */
+punctual_status punctual_workspace_set_cost_model(struct punctual_workspace *workspace,
+                                                  const struct punctual_cost_model *costs);
+
 /* --------------------------------------------------------------------------------------------------------------------
  * 8. What answers have in common
  * -------------------------------------------------------------------------------------------------------------------- */
-
-/**
- * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
- */
-enum punctual_verdict
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /**
-   * The budget ended first. It says nothing about contact: do not treat it as separated.
-   */
-  PUNCTUAL_VERDICT_UNDECIDED = 0,
-  /**
-   * Proven: the witness triangles share a point.
-   */
-  PUNCTUAL_VERDICT_INTERSECTING = 1,
-  /**
-   * Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
-   */
-  PUNCTUAL_VERDICT_SEPARATED = 2,
-  /**
-   * Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies
-   * of a
-   * scene of which one has a margin. Whether some triangles share a point is not said.
-   */
-  PUNCTUAL_VERDICT_WITHIN = 3,
-  /**
-   * Proven: the surfaces do not meet, but one body is inside the other: A if the first number of the witness is 0, B
-   * if it is 1. Said only of two solids of which the outer one is closed. Of bodies of a scene with a margin, a
-   * measured distance or a motion, it says only that a vertex of this body is inside the other: their surfaces may
-   * meet, too.
-   */
-  PUNCTUAL_VERDICT_CONTAINED = 4,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum punctual_verdict punctual_verdict;
-#else
-typedef uint32_t punctual_verdict;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
 
 /**
  * Why a query returned.
@@ -1114,8 +1096,9 @@ enum punctual_stop_reason
    */
   PUNCTUAL_STOP_REASON_PAIRS_FULL = 4,
   /**
-   * The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
-   * about 2^-960, that this could make an answer false. Clear the setting and resume.
+   * The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the
+   * pose are so small, below about 2^-960, that this could make an answer false. Clear the
+   * setting and resume.
    */
   PUNCTUAL_STOP_REASON_FLUSHED_TO_ZERO = 5,
   /**
@@ -1128,6 +1111,49 @@ enum punctual_stop_reason
 typedef enum punctual_stop_reason punctual_stop_reason;
 #else
 typedef uint32_t punctual_stop_reason;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
+ */
+enum punctual_verdict
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * The budget ended first. It says nothing about contact: do not treat it as separated.
+   */
+  PUNCTUAL_VERDICT_UNDECIDED = 0,
+  /**
+   * Proven: the witness triangles share a point.
+   */
+  PUNCTUAL_VERDICT_INTERSECTING = 1,
+  /**
+   * Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes
+   * within them.
+   */
+  PUNCTUAL_VERDICT_SEPARATED = 2,
+  /**
+   * Proven: the witness triangles are no farther apart than the margins of both bodies together.
+   * Said only of bodies of a scene of which one has a margin. Whether some triangles share a
+   * point is not said.
+   */
+  PUNCTUAL_VERDICT_WITHIN = 3,
+  /**
+   * Proven: the surfaces do not meet, but one body is inside the other: A if the first number of
+   * the witness is 0, B if it is 1. Said only of two solids of which the outer one is closed. Of
+   * bodies of a scene with a margin, a measured distance or a motion, it says only that a vertex
+   * of this body is inside the other: their surfaces may meet, too.
+   */
+  PUNCTUAL_VERDICT_CONTAINED = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_verdict punctual_verdict;
+#else
+typedef uint32_t punctual_verdict;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1152,7 +1178,8 @@ typedef struct punctual_stats {
    */
   uint64_t work;
   /**
-   * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under
+   * a time budget.
    */
   int64_t elapsed;
   /**
@@ -1160,28 +1187,6 @@ typedef struct punctual_stats {
    */
   uint32_t queue_peak;
 } punctual_stats;
-
-/**
- * What a query left open; of a distance query, what may be closer than its `high`.
- */
-typedef struct punctual_certificate {
-  /**
-   * Its size in bytes, to be set before the call.
-   */
-  uint32_t size;
-  /**
-   * Open pairs, of nodes or triangles; 0 means that nothing was missed.
-   */
-  size_t open_pairs;
-  /**
-   * No more triangle pairs than this intersect (or are closer), those found included.
-   */
-  uint64_t upper_bound;
-  /**
-   * Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
-   */
-  double largest_extent;
-} punctual_certificate;
 
 /**
  * Bounds below which a number stays with the given probability.
@@ -1200,6 +1205,29 @@ typedef struct punctual_quantiles {
    */
   double p90;
 } punctual_quantiles;
+
+/**
+ * What a query left open; of a distance query, what may be closer than its `high`.
+ */
+typedef struct punctual_certificate {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Open pairs, of nodes or triangles; 0 means that nothing was missed.
+   */
+  size_t open_pairs;
+  /**
+   * No more triangle pairs than this intersect (or are closer), those found included.
+   */
+  uint64_t upper_bound;
+  /**
+   * Every missed intersection lies in a box with no edge longer than this, in the length unit of
+   * the meshes.
+   */
+  double largest_extent;
+} punctual_certificate;
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 9. Intersection: do two surfaces meet?
@@ -1231,7 +1259,8 @@ typedef uint32_t punctual_mode;
 #endif // __cplusplus
 
 /**
- * Which node pair is visited next. All orders give the same finished answer; they differ in what is known when a budget ends.
+ * Which node pair is visited next. All orders give the same finished answer; they differ in what
+ * is known when a budget ends.
  */
 enum punctual_order
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -1239,7 +1268,8 @@ enum punctual_order
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
   /**
-   * Deepest relative penetration of the boxes first; the default, and best at finding intersections early.
+   * Deepest relative penetration of the boxes first; the default, and best at finding
+   * intersections early.
    */
   PUNCTUAL_ORDER_PENETRATION = 0,
   /**
@@ -1260,8 +1290,32 @@ typedef uint32_t punctual_order;
 #endif // __cplusplus
 
 /**
- * A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
- * borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+ * What a stopped query has still to do; all 0 of a finished one.
+ */
+typedef struct punctual_remaining {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Units of work.
+   */
+  struct punctual_quantiles work;
+  /**
+   * Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the costs
+   * of the workspace.
+   */
+  struct punctual_quantiles time;
+  /**
+   * Probability that the surfaces meet; NaN for questions other than `punctual_query`.
+   */
+  double probability;
+} punctual_remaining;
+
+/**
+ * A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`,
+ * one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of
+ * it must be what it was.
  */
 typedef struct punctual_query {
   /**
@@ -1289,15 +1343,63 @@ typedef struct punctual_query {
    */
   uint32_t order;
   /**
-   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
+   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it
+   * is full.
    */
   size_t pair_limit;
   /**
-   * The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
-   * `punctual_query_estimate`; by default that of the poses for which the model was fitted.
+   * The share of poses with an intersection among those that are asked about, 0 to 1, which
+   * shifts the probability of `punctual_query_estimate`; by default that of the poses for which
+   * the model was fitted.
    */
   double prior;
 } punctual_query;
+
+/**
+ * What a query, or the rest of one, is expected to take.
+ */
+typedef struct punctual_prediction {
+  /**
+   * BV tests.
+   */
+  struct punctual_quantiles bv_tests;
+  /**
+   * Triangle pairs tested.
+   */
+  struct punctual_quantiles triangle_tests;
+  /**
+   * Units of work.
+   */
+  struct punctual_quantiles work;
+  /**
+   * Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those
+   * of the machine of the authors.
+   */
+  struct punctual_quantiles time;
+} punctual_prediction;
+
+/**
+ * What can be said of a stopped query. Not proven: only verdict and certificate are.
+ */
+typedef struct punctual_estimate {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * What the query has still to do.
+   */
+  struct punctual_prediction remaining;
+  /**
+   * Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
+   */
+  double probability;
+  /**
+   * Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as
+   * soon as it is decided.
+   */
+  double recall;
+} punctual_estimate;
 
 /**
  * The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
@@ -1330,70 +1432,24 @@ typedef struct punctual_outcome {
 } punctual_outcome;
 
 /**
- * What a stopped query has still to do; all 0 of a finished one.
+ * What this query will take, if nothing stops it, given what is remembered of the pair;
+ * `memory` may be null. Takes about a microsecond and allocates nothing.
  */
-typedef struct punctual_remaining {
-  /**
-   * Its size in bytes, to be set before the call.
-   */
-  uint32_t size;
-  /**
-   * Units of work.
-   */
-  struct punctual_quantiles work;
-  /**
-   * Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the costs of the workspace.
-   */
-  struct punctual_quantiles time;
-  /**
-   * Probability that the surfaces meet; NaN for questions other than `punctual_query`.
-   */
-  double probability;
-} punctual_remaining;
+punctual_status punctual_query_predict(const struct punctual_query *query,
+                                       const struct punctual_memory *memory,
+                                       struct punctual_prediction *prediction);
 
 /**
- * What a query, or the rest of one, is expected to take.
+ * What the last run of this query in the workspace leaves open, given what is remembered of
+ * the pair; `memory` may be null. Costs as much as `punctual_query_remaining`. Allocates
+ * nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
  */
-typedef struct punctual_prediction {
-  /**
-   * BV tests.
-   */
-  struct punctual_quantiles bv_tests;
-  /**
-   * Triangle pairs tested.
-   */
-  struct punctual_quantiles triangle_tests;
-  /**
-   * Units of work.
-   */
-  struct punctual_quantiles work;
-  /**
-   * Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those of the machine of the authors.
-   */
-  struct punctual_quantiles time;
-} punctual_prediction;
-
-/**
- * What can be said of a stopped query. Not proven: only verdict and certificate are.
- */
-typedef struct punctual_estimate {
-  /**
-   * Its size in bytes, to be set before the call.
-   */
-  uint32_t size;
-  /**
-   * What the query has still to do.
-   */
-  struct punctual_prediction remaining;
-  /**
-   * Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
-   */
-  double probability;
-  /**
-   * Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as soon as it is decided.
-   */
-  double recall;
-} punctual_estimate;
+punctual_status punctual_query_estimate(const struct punctual_query *query,
+                                        const struct punctual_workspace *workspace,
+                                        const struct punctual_memory *memory,
+                                        struct punctual_estimate *estimate);
 
 /**
  * What `punctual_query_new` calls: writes as many bytes as the caller's struct has.
@@ -1405,7 +1461,8 @@ void punctual_query_init(struct punctual_query *query,
                          struct punctual_pose b_in_a);
 
 /**
- * The question whether `a` and `b` intersect, with the default options. Checked when it is run.
+ * The question whether `a` and `b` intersect, with the default options. Checked when it is
+ * run.
  */
 PUNCTUAL_INLINE punctual_query punctual_query_new(const struct punctual_tree *a,
                                                   const struct punctual_tree *b,
@@ -1416,13 +1473,14 @@ PUNCTUAL_INLINE punctual_query punctual_query_new(const struct punctual_tree *a,
 }
 
 /**
- * Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null; `clock` may be null: the clock of
- * the system.
+ * Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null.
  *
- * Under a time budget it returns at most one poll interval of work late, under a work budget at most
- * PUNCTUAL_MAX_STEP_WORK units later. What it finds stays in the workspace.
+ * Under a time budget it returns at most one poll interval of work late, under a work
+ * budget at most PUNCTUAL_MAX_STEP_WORK units later. What it finds stays in the workspace.
+ * `clock` may be null: the clock of the system.
  *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
  */
 punctual_status punctual_query_run(const struct punctual_query *query,
                                    struct punctual_workspace *workspace,
@@ -1432,11 +1490,12 @@ punctual_status punctual_query_run(const struct punctual_query *query,
                                    struct punctual_outcome *outcome);
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets,
- * the outcome at the end is that of one uninterrupted run.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
+ * However it is cut into pieces by work budgets, the outcome at the end is that of one
+ * uninterrupted run.
  *
- * Fails as `punctual_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
- * complete.
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
  */
 punctual_status punctual_query_resume(const struct punctual_query *query,
                                       struct punctual_workspace *workspace,
@@ -1446,19 +1505,23 @@ punctual_status punctual_query_resume(const struct punctual_query *query,
                                       struct punctual_outcome *outcome);
 
 /**
- * What the last run of this query in the workspace left open. Takes time linear in the open pairs; allocates nothing.
+ * What the last run of this query in the workspace left open.
+ * Takes time linear in the open pairs; allocates nothing.
  *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
  */
 punctual_status punctual_query_certificate(const struct punctual_query *query,
                                            const struct punctual_workspace *workspace,
                                            struct punctual_certificate *certificate);
 
 /**
- * Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. As many
- * as `capacity` allows are written to `boxes`, and how many there are to `count`.
+ * Boxes in A's frame, at most one for each open pair.
+ * Every missed intersection has all its points in one of them.
+ * As many as `capacity` allows are written to `boxes`, and how many there are to
+ * `count`.
  *
- * Fails as `punctual_query_certificate`.
+ * Fails as the function for the certificate.
  */
 punctual_status punctual_query_open_boxes(const struct punctual_query *query,
                                           const struct punctual_workspace *workspace,
@@ -1467,34 +1530,18 @@ punctual_status punctual_query_open_boxes(const struct punctual_query *query,
                                           size_t *count);
 
 /**
- * What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be null, and
- * learns from it when the query has ended. docs/c.md states the cost. Allocates nothing.
+ * What the last run of this query in the workspace has still to do. docs/c.md states
+ * the cost. Allocates nothing.
+ *It goes by what is remembered of the pair; `memory` may be
+ * null, and learns from it when the query has ended.
  *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
  */
 punctual_status punctual_query_remaining(const struct punctual_query *query,
                                          const struct punctual_workspace *workspace,
                                          const struct punctual_memory *memory,
                                          struct punctual_remaining *remaining);
-
-/**
- * What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
- * microsecond and allocates nothing.
- */
-punctual_status punctual_query_predict(const struct punctual_query *query,
-                                       const struct punctual_memory *memory,
-                                       struct punctual_prediction *prediction);
-
-/**
- * What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
- * Costs as much as `punctual_query_remaining`. Allocates nothing.
- *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
- */
-punctual_status punctual_query_estimate(const struct punctual_query *query,
-                                        const struct punctual_workspace *workspace,
-                                        const struct punctual_memory *memory,
-                                        struct punctual_estimate *estimate);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 10. Distance: how far apart are they?
@@ -1509,8 +1556,8 @@ enum punctual_closer
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
   /**
-   * Not known: the budget ended first, it was not asked, or the distance is the limit up to the rounding of
-   * numbers as large as the meshes.
+   * Not known: the budget ended first, it was not asked, or the distance is the limit up to the
+   * rounding of numbers as large as the meshes.
    */
   PUNCTUAL_CLOSER_UNDECIDED = 0,
   /**
@@ -1531,9 +1578,9 @@ typedef uint32_t punctual_closer;
 #endif // __cplusplus
 
 /**
- * The question how far apart two surfaces are: 0 if they meet. Plain data, made by `punctual_distance_query_new`, one for
- * each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was. Lengths are
- * in the unit of the meshes.
+ * The question how far apart two surfaces are: 0 if they meet. Plain data, made by
+ * `punctual_distance_query_new`, one for each pose; it borrows the trees. To resume a query or to
+ * ask for its certificate, all of it must be what it was. Lengths are in the unit of the meshes.
  */
 typedef struct punctual_distance_query {
   /**
@@ -1541,9 +1588,8 @@ typedef struct punctual_distance_query {
    */
   uint32_t size;
   /**
-   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then
-   * whether the
-   * surfaces meet: 0 (the default) or not 0.
+   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it
+   * is open then whether the surfaces meet: 0 (the default) or not 0.
    */
   uint32_t leave_contact_open;
   /**
@@ -1559,30 +1605,32 @@ typedef struct punctual_distance_query {
    */
   struct punctual_pose b_in_a;
   /**
-   * Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1 by default, as any negative
-   * number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
-   * any tolerance, unless `leave_contact_open`.
+   * Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1
+   * by default, as any negative number: a millionth of half the longest extent of the larger
+   * mesh, roughly. Whether the surfaces meet is decided with any tolerance, unless
+   * `leave_contact_open`.
    */
   double absolute_tolerance;
   /**
-   * Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative `absolute_tolerance` that is
-   * 1e-5 for meshes that are more than 64 times their size apart.
+   * Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative
+   * `absolute_tolerance` that is 1e-5 for meshes that are more than 64 times their size apart.
    */
   double relative_tolerance;
   /**
-   * By how much each surface is thickened, A's first: a point becomes a ball, a segment a capsule. The distance is that of the
-   * thickened surfaces. 0 by default.
+   * By how much each surface is thickened, A's first: a point becomes a ball, a segment a
+   * capsule. The distance is that of the thickened surfaces. 0 by default.
    */
   double margins[2];
   /**
-   * Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
-   * time. Infinity by default: the distance itself is asked for.
+   * Ask only whether the surfaces are no farther apart than this length: done as soon as that is
+   * known, in a fraction of the time. Infinity by default: the distance itself is asked for.
    */
   double closer_than;
 } punctual_distance_query;
 
 /**
- * The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
+ * The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length
+ * unit of the meshes.
  */
 typedef struct punctual_distance {
   /**
@@ -1594,7 +1642,8 @@ typedef struct punctual_distance {
    */
   double low;
   /**
-   * Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet; infinite if nothing was found yet.
+   * Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet;
+   * infinite if nothing was found yet.
    */
   double high;
   /**
@@ -1614,9 +1663,9 @@ typedef struct punctual_distance {
    */
   struct punctual_triangle_pair nearest;
   /**
-   * Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles
-   * meet, both
-   * are one point, whatever the margins: the middle of the segment in which the triangles do.
+   * Their closest points, A's first, both in A's frame; moved towards each other by the margins.
+   * If the triangles meet, both are one point, whatever the margins: the middle of the segment
+   * in which the triangles do.
    */
   struct punctual_point points[2];
   /**
@@ -1626,7 +1675,8 @@ typedef struct punctual_distance {
 } punctual_distance;
 
 /**
- * What can be said of a stopped distance query. Not proven: only the bounds and the certificate are.
+ * What can be said of a stopped distance query. Not proven: only the bounds and the certificate
+ * are.
  */
 typedef struct punctual_distance_estimate {
   /**
@@ -1653,7 +1703,8 @@ void punctual_distance_query_init(struct punctual_distance_query *query,
                                   struct punctual_pose b_in_a);
 
 /**
- * The question how far apart `a` and `b` are, with the default options. Checked when it is run.
+ * The question how far apart `a` and `b` are, with the default options. Checked when it is
+ * run.
  */
 PUNCTUAL_INLINE punctual_distance_query punctual_distance_query_new(const struct punctual_tree *a,
                                                                     const struct punctual_tree *b,
@@ -1664,13 +1715,15 @@ PUNCTUAL_INLINE punctual_distance_query punctual_distance_query_new(const struct
 }
 
 /**
- * Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
- * before makes the answer faster; `clock` may be null: the clock of the system.
+ * Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may
+ * be null: what it knows of the frame before makes the answer faster.
  *
- * Under a time budget it returns at most one poll interval of work late, under a work budget at most
- * PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+ * Under a time budget it returns at most one poll interval of work late, under a work
+ * budget at most PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+ * `clock` may be null: the clock of the system.
  *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
  */
 punctual_status punctual_distance_query_run(const struct punctual_distance_query *query,
                                             struct punctual_workspace *workspace,
@@ -1680,11 +1733,12 @@ punctual_status punctual_distance_query_run(const struct punctual_distance_query
                                             struct punctual_distance *outcome);
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget. Its bounds are no worse than before; however it is
- * cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
+ * Its bounds are no worse than before; however it is cut into pieces by work budgets, the
+ * outcome at the end is that of one uninterrupted run.
  *
- * Fails as `punctual_distance_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
- * or is complete.
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
  */
 punctual_status punctual_distance_query_resume(const struct punctual_distance_query *query,
                                                struct punctual_workspace *workspace,
@@ -1694,21 +1748,26 @@ punctual_status punctual_distance_query_resume(const struct punctual_distance_qu
                                                struct punctual_distance *outcome);
 
 /**
- * Where the last run of this query in the workspace may have missed what is closer than its `high` by more than the tolerance.
+ * Where the last run of this query in the workspace may have missed what is closer than
+ * its `high` by more than the tolerance.
  * Takes time linear in the open pairs; allocates nothing.
  *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
  */
 punctual_status punctual_distance_query_certificate(const struct punctual_distance_query *query,
                                                     const struct punctual_workspace *workspace,
                                                     struct punctual_certificate *certificate);
 
 /**
- * Boxes in A's frame, at most one for each open pair: two points that are closer than `high` by more than the tolerance have
- * their middle in one of them. They reach as far as `high` beyond the surfaces, and are infinite where nothing was found yet.
- * As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+ * Boxes in A's frame, at most one for each open pair.
+ * Two points that are closer than `high` by more than the tolerance have their middle in
+ * one of them. They reach as far as `high` beyond the surfaces, and are infinite where
+ * nothing was found yet.
+ * As many as `capacity` allows are written to `boxes`, and how many there are to
+ * `count`.
  *
- * Fails as `punctual_distance_query_certificate`.
+ * Fails as the function for the certificate.
  */
 punctual_status punctual_distance_query_open_boxes(const struct punctual_distance_query *query,
                                                    const struct punctual_workspace *workspace,
@@ -1717,16 +1776,32 @@ punctual_status punctual_distance_query_open_boxes(const struct punctual_distanc
                                                    size_t *count);
 
 /**
- * Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
- * guess: nine of ten queries are within a factor of 6.5 of the median. Takes constant time and allocates nothing.
+ * Units of work that this query will take if nothing stops it, given what is
+ * remembered of the pair; `memory` may be null. Takes constant time and allocates
+ * nothing.
+ * A rough guess: nine of ten queries are within a factor of 6.5 of the median.
  */
 punctual_status punctual_distance_query_predict(const struct punctual_distance_query *query,
                                                 const struct punctual_memory *memory,
                                                 struct punctual_quantiles *work);
 
 /**
- * What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
- * Takes constant time and allocates nothing.
+ * What the last run of this query in the workspace has still to do. docs/c.md states
+ * the cost. Allocates nothing.
+ *It goes by what is remembered of the pair; `memory` may be
+ * null, and learns from it when the query has ended.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
+ */
+punctual_status punctual_distance_query_remaining(const struct punctual_distance_query *query,
+                                                  const struct punctual_workspace *workspace,
+                                                  const struct punctual_memory *memory,
+                                                  struct punctual_remaining *remaining);
+
+/**
+ * What the last run of this query in the workspace leaves open, given what is remembered of
+ * the pair; `memory` may be null. Takes constant time and allocates nothing.
  *
  * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
  */
@@ -1735,25 +1810,14 @@ punctual_status punctual_distance_query_estimate(const struct punctual_distance_
                                                  const struct punctual_memory *memory,
                                                  struct punctual_distance_estimate *estimate);
 
-/**
- * What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be
- * null, and learns from it when the query has ended.
- * Takes less than a microsecond and allocates nothing.
- *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
- */
-punctual_status punctual_distance_query_remaining(const struct punctual_distance_query *query,
-                                                  const struct punctual_workspace *workspace,
-                                                  const struct punctual_memory *memory,
-                                                  struct punctual_remaining *remaining);
-
 /* --------------------------------------------------------------------------------------------------------------------
  * 11. Contacts: where do they touch?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
- * one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+ * The question where two surfaces meet or come within a margin of each other. Plain data, made by
+ * `punctual_contact_query_new`, one for each pose; it borrows the trees. To resume a query or to
+ * ask for its certificate, all of it must be what it was.
  */
 typedef struct punctual_contact_query {
   /**
@@ -1773,18 +1837,20 @@ typedef struct punctual_contact_query {
    */
   struct punctual_pose b_in_a;
   /**
-   * Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default when it is full.
+   * Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default
+   * when it is full.
    */
   size_t contact_limit;
   /**
-   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they meet. With infinity
-   * all pairs are.
+   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they
+   * meet. With infinity all pairs are.
    */
   double margin;
 } punctual_contact_query;
 
 /**
- * The answer of a contact query. The contacts stay in the workspace: `punctual_workspace_contacts`.
+ * The answer of a contact query. The contacts stay in the workspace:
+ * `punctual_workspace_contacts`.
  */
 typedef struct punctual_contacts {
   /**
@@ -1792,7 +1858,8 @@ typedef struct punctual_contacts {
    */
   uint32_t size;
   /**
-   * Proven: every contact that was not found is at least this far apart. Infinite if the query is finished: none is missing.
+   * Proven: every contact that was not found is at least this far apart. Infinite if the query
+   * is finished: none is missing.
    */
   double low;
   /**
@@ -1810,7 +1877,23 @@ typedef struct punctual_contacts {
 } punctual_contacts;
 
 /**
- * A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, in the unit of the meshes.
+ * The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame: which
+ * way the surfaces face.
+ */
+typedef struct punctual_face_normals {
+  /**
+   * That of the triangle of A; zeros if it has no area.
+   */
+  struct punctual_point a;
+  /**
+   * That of the triangle of B; zeros if it has no area.
+   */
+  struct punctual_point b;
+} punctual_face_normals;
+
+/**
+ * A triangle of A and one of B that meet or are close to one another. All of it is in A's frame,
+ * in the unit of the meshes.
  */
 typedef struct punctual_contact {
   /**
@@ -1818,12 +1901,14 @@ typedef struct punctual_contact {
    */
   struct punctual_triangle_pair triangles;
   /**
-   * Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
+   * Their closest points, of A and of B. Of triangles that meet both are the middle of the
+   * segment.
    */
   struct punctual_point points[2];
   /**
-   * Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it is the direction of least distance;
-   * of triangles that meet, that of the unit normal of B's triangle less that of A's, both by the right-hand rule.
+   * Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it is
+   * the direction of least distance; of triangles that meet, that of the unit normal of B's
+   * triangle less that of A's, both by the right-hand rule.
    */
   struct punctual_point normal;
   /**
@@ -1841,22 +1926,9 @@ typedef struct punctual_contact {
 } punctual_contact;
 
 /**
- * The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame: which way the surfaces face.
- */
-typedef struct punctual_face_normals {
-  /**
-   * That of the triangle of A; zeros if it has no area.
-   */
-  struct punctual_point a;
-  /**
-   * That of the triangle of B; zeros if it has no area.
-   */
-  struct punctual_point b;
-} punctual_face_normals;
-
-/**
- * The question for the contact manifolds of two solids: triangles are counterclockwise seen from outside. Plain data, made by
- * `punctual_manifold_query_init`, one for each pose; it borrows the trees. To resume a query, all of it must be what it was.
+ * The question for the contact manifolds of two solids: triangles are counterclockwise seen from
+ * outside. Plain data, made by `punctual_manifold_query_init`, one for each pose; it borrows the
+ * trees. To resume a query, all of it must be what it was.
  */
 typedef struct punctual_manifold_query {
   /**
@@ -1876,13 +1948,15 @@ typedef struct punctual_manifold_query {
    */
   struct punctual_pose b_in_a;
   /**
-   * Solids apart have points of contact up to this distance, in the unit of the meshes; 0 by default: overlaps alone.
+   * Solids apart have points of contact up to this distance, in the unit of the meshes; 0 by
+   * default: overlaps alone.
    */
   double skin;
 } punctual_manifold_query;
 
 /**
- * The answer of a query for manifolds. Their points stay in the workspace: `punctual_workspace_manifold_points`.
+ * The answer of a query for manifolds. Their points stay in the workspace:
+ * `punctual_workspace_manifold_points`.
  */
 typedef struct punctual_manifolds {
   /**
@@ -1894,8 +1968,8 @@ typedef struct punctual_manifolds {
    */
   bool meets;
   /**
-   * Proven: every contact that is missing is at least this far apart; 0 while overlaps may be missing. Infinite if the query
-   * is finished.
+   * Proven: every contact that is missing is at least this far apart; 0 while overlaps may be
+   * missing. Infinite if the query is finished.
    */
   double low;
   /**
@@ -1975,60 +2049,66 @@ PUNCTUAL_INLINE punctual_contact_query punctual_contact_query_new(const struct p
 }
 
 /**
- * Runs a contact query within a budget. The first one in a workspace makes room for 4,096 contacts, unless
- * `punctual_workspace_reserve_contacts` has made some; later ones do not allocate. It does not lock or panic. `clock` may be null:
- * the clock of the system.
+ * Runs a contact query within a budget. The first one in a workspace makes room for 4,096
+ * contacts, unless `punctual_workspace_reserve_contacts` has made some; later ones do not
+ * allocate. It does not lock or panic.
  *
- * Under a time budget it returns at most one poll interval of work late, under a work budget at most
- * PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+ * Under a time budget it returns at most one poll interval of work late, under a work
+ * budget at most PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+ * `clock` may be null: the clock of the system.
  *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
  */
 punctual_status punctual_contact_query_run(const struct punctual_contact_query *query,
                                            struct punctual_workspace *workspace,
                                            struct punctual_budget budget,
                                            const struct punctual_clock *clock,
-                                           struct punctual_contacts *contacts);
+                                           struct punctual_contacts *outcome);
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the contacts or make
- * room first.
- * However it is cut into pieces by work budgets, all contacts together are those of one uninterrupted run.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
+ * After PAIRS_FULL drain the contacts or make room first. However it is cut into pieces by
+ * work budgets, all contacts together are those of one uninterrupted run.
  *
- * Fails as `punctual_contact_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
- * or is complete.
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
  */
 punctual_status punctual_contact_query_resume(const struct punctual_contact_query *query,
                                               struct punctual_workspace *workspace,
                                               struct punctual_budget budget,
                                               const struct punctual_clock *clock,
-                                              struct punctual_contacts *contacts);
+                                              struct punctual_contacts *outcome);
 
 /**
- * What the last run of this query in the workspace has still to do.
- * Takes less than a microsecond and allocates nothing.
+ * What the last run of this query in the workspace has still to do. docs/c.md states
+ * the cost. Allocates nothing.
  *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
  */
 punctual_status punctual_contact_query_remaining(const struct punctual_contact_query *query,
                                                  const struct punctual_workspace *workspace,
                                                  struct punctual_remaining *remaining);
 
 /**
- * Where the last run of this query in the workspace may have missed contacts. Takes time linear in the open pairs; allocates
- * nothing.
+ * Where the last run of this query in the workspace may have missed contacts.
+ * Takes time linear in the open pairs; allocates nothing.
  *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
  */
 punctual_status punctual_contact_query_certificate(const struct punctual_contact_query *query,
                                                    const struct punctual_workspace *workspace,
                                                    struct punctual_certificate *certificate);
 
 /**
- * Boxes in A's frame, at most one for each open pair: every missed contact has the middle of its closest points in one of them. As
- * many as `capacity` allows are written to `boxes`, and how many there are to `count`.
+ * Boxes in A's frame, at most one for each open pair.
+ * Every missed contact has the middle of its closest points in one of them.
+ * As many as `capacity` allows are written to `boxes`, and how many there are to
+ * `count`.
  *
- * Fails as `punctual_contact_query_certificate`.
+ * Fails as the function for the certificate.
  */
 punctual_status punctual_contact_query_open_boxes(const struct punctual_contact_query *query,
                                                   const struct punctual_workspace *workspace,
@@ -2037,17 +2117,8 @@ punctual_status punctual_contact_query_open_boxes(const struct punctual_contact_
                                                   size_t *count);
 
 /**
- * The contacts that the last query found, if it was a contact query, without those drained: the nearest first. As many as
- * `capacity` allows are written to `contacts`, and how many there are to `count`.
- */
-punctual_status punctual_workspace_contacts(const struct punctual_workspace *workspace,
-                                            struct punctual_contact *contacts,
-                                            size_t contacts_size,
-                                            size_t capacity,
-                                            size_t *count);
-
-/**
- * Forgets the contacts, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
+ * Forgets the contacts, so that a query that stopped with PAIRS_FULL can be resumed. Copy them
+ * first.
  */
 punctual_status punctual_workspace_drain_contacts(struct punctual_workspace *workspace);
 
@@ -2059,13 +2130,26 @@ punctual_status punctual_workspace_drain_contacts(struct punctual_workspace *wor
 punctual_status punctual_workspace_reserve_contacts(struct punctual_workspace *workspace, size_t contacts);
 
 /**
- * Tells which way the triangles of a contact face. The query need not have been run; only its trees and its pose matter.
+ * Tells which way the triangles of a contact face. The query need not have been run; only its
+ * trees and its pose matter.
  *
  * Fails with BAD_ARGUMENT if one of the meshes has no such triangle.
  */
 punctual_status punctual_contact_face_normals(const struct punctual_contact_query *query,
                                               struct punctual_triangle_pair triangles,
                                               struct punctual_face_normals *normals);
+
+/**
+ * The contacts that the last query found, if it was a contact query, without those drained:
+ * the nearest first.
+ * As many as `capacity` allows are written to `contacts`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_workspace_contacts(const struct punctual_workspace *workspace,
+                                            struct punctual_contact *contacts,
+                                            size_t contacts_size,
+                                            size_t capacity,
+                                            size_t *count);
 
 /**
  * What `punctual_manifold_query_new` calls: writes as many bytes as the caller's struct has.
@@ -2088,42 +2172,47 @@ PUNCTUAL_INLINE punctual_manifold_query punctual_manifold_query_new(const struct
 }
 
 /**
- * Runs a query for manifolds within a budget. It keeps its buffers in the workspace, so it allocates only where a query is larger
- * than those before. It does not lock or panic. `memory` may be null: it keeps the ids from frame to frame; `clock` may be null:
- * the clock of the system.
+ * Runs a query for manifolds within a budget. It keeps its buffers in the workspace, so it
+ * allocates only where a query is larger than those before. It does not lock or panic.
+ * `memory` may be null: it keeps the ids from frame to frame.
  *
- * If more pairs intersect than `punctual_workspace_reserve_contacts` has made room for, 4,096 by default, it stops with
- * PAIRS_FULL; make room and resume it.
+ * If more pairs intersect than `punctual_workspace_reserve_contacts` has made room for,
+ * 4,096 by default, it stops with PAIRS_FULL; make room and resume it.
+ * `clock` may be null: the clock of the system.
  *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
  */
 punctual_status punctual_manifold_query_run(const struct punctual_manifold_query *query,
                                             struct punctual_workspace *workspace,
                                             struct punctual_memory *memory,
                                             struct punctual_budget budget,
                                             const struct punctual_clock *clock,
-                                            struct punctual_manifolds *manifolds);
+                                            struct punctual_manifolds *outcome);
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets, the
- * manifolds at the end are those of one uninterrupted run.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
+ * However it is cut into pieces by work budgets, the manifolds at the end are those of one
+ * uninterrupted run.
  *
- * Fails as `punctual_manifold_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
- * or is complete.
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
  */
 punctual_status punctual_manifold_query_resume(const struct punctual_manifold_query *query,
                                                struct punctual_workspace *workspace,
                                                struct punctual_memory *memory,
                                                struct punctual_budget budget,
                                                const struct punctual_clock *clock,
-                                               struct punctual_manifolds *manifolds);
+                                               struct punctual_manifolds *outcome);
 
 /**
- * What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be
+ * What the last run of this query in the workspace has still to do. docs/c.md states
+ * the cost. Allocates nothing.
+ *It goes by what is remembered of the pair; `memory` may be
  * null, and learns from it when the query has ended.
- * Takes less than a microsecond and allocates nothing.
  *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
  */
 punctual_status punctual_manifold_query_remaining(const struct punctual_manifold_query *query,
                                                   const struct punctual_workspace *workspace,
@@ -2131,8 +2220,10 @@ punctual_status punctual_manifold_query_remaining(const struct punctual_manifold
                                                   struct punctual_remaining *remaining);
 
 /**
- * The points of the manifolds that the last query found, if it was one for manifolds: those of the deepest first. As many as
- * `capacity` allows are written to `points`, and how many there are to `count`.
+ * The points of the manifolds that the last query found, if it was one for manifolds: those of
+ * the deepest first.
+ * As many as `capacity` allows are written to `points`,
+ * and how many there are to `count`.
  */
 punctual_status punctual_workspace_manifold_points(const struct punctual_workspace *workspace,
                                                    struct punctual_manifold_point *points,
@@ -2145,9 +2236,10 @@ punctual_status punctual_workspace_manifold_points(const struct punctual_workspa
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
- * time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at
- * time 0. It is checked wherever it is used.
+ * A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about
+ * an axis that moves along. At time `t` a point that `start` brings to `x` is at `p + t velocity +
+ * R(t turn) (x - p)`, where `p` is a point of the axis at time 0. It is checked wherever it is
+ * used.
  */
 typedef struct punctual_motion {
   /**
@@ -2163,15 +2255,16 @@ typedef struct punctual_motion {
    */
   struct punctual_point turn;
   /**
-   * From a point of the axis to the origin of the body at time 0; zeros: the axis goes through it.
+   * From a point of the axis to the origin of the body at time 0; zeros: the axis goes through
+   * it.
    */
   struct punctual_point arm;
 } punctual_motion;
 
 /**
- * The question until when a motion is free, and when the surfaces meet. Plain data, made by `punctual_motion_query_new`, one
- * for each motion; it borrows the trees. To resume a query all of it must be what it was. Lengths are in the unit of the meshes,
- * times from 0 to 1.
+ * The question until when a motion is free, and when the surfaces meet. Plain data, made by
+ * `punctual_motion_query_new`, one for each motion; it borrows the trees. To resume a query all of
+ * it must be what it was. Lengths are in the unit of the meshes, times from 0 to 1.
  */
 typedef struct punctual_motion_query {
   /**
@@ -2199,8 +2292,9 @@ typedef struct punctual_motion_query {
    */
   struct punctual_motion of_a;
   /**
-   * Done when nothing moves farther than this, seen from A, between the two times; 0: as close as double can tell. -1 by
-   * default, as any negative number: a millionth of the longest extent of the smaller mesh, roughly.
+   * Done when nothing moves farther than this, seen from A, between the two times; 0: as close
+   * as double can tell. -1 by default, as any negative number: a millionth of the longest extent
+   * of the smaller mesh, roughly.
    */
   double tolerance;
   /**
@@ -2222,7 +2316,8 @@ typedef struct punctual_passage {
    */
   uint32_t size;
   /**
-   * Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its end.
+   * Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its
+   * end.
    */
   double free_until;
   /**
@@ -2253,7 +2348,92 @@ typedef struct punctual_passage {
 struct punctual_motion punctual_motion_straight(struct punctual_pose start, struct punctual_point velocity);
 
 /**
- * The screw from one pose to another: a turn of at most half a circle about an axis, and a shift along it.
+ * Runs a motion query within a budget. It does not allocate, lock or panic. `memory` may
+ * be null: what it knows of the motion before makes the answer faster.
+ *
+ * Under a time budget it returns at most one poll interval of work late, under a work
+ * budget at most PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+ * `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
+ */
+punctual_status punctual_motion_query_run(const struct punctual_motion_query *query,
+                                          struct punctual_workspace *workspace,
+                                          struct punctual_memory *memory,
+                                          struct punctual_budget budget,
+                                          const struct punctual_clock *clock,
+                                          struct punctual_passage *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
+ * However it is cut into pieces by work budgets, the outcome at the end is that of one
+ * uninterrupted run.
+ *
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
+ */
+punctual_status punctual_motion_query_resume(const struct punctual_motion_query *query,
+                                             struct punctual_workspace *workspace,
+                                             struct punctual_memory *memory,
+                                             struct punctual_budget budget,
+                                             const struct punctual_clock *clock,
+                                             struct punctual_passage *outcome);
+
+/**
+ * Units of work that this query will take if nothing stops it, given what is
+ * remembered of the pair; `memory` may be null. Takes constant time and allocates
+ * nothing.
+ * A rough guess: nine of ten queries are within a factor of 8.6 of the median.
+ */
+punctual_status punctual_motion_query_predict(const struct punctual_motion_query *query,
+                                              const struct punctual_memory *memory,
+                                              struct punctual_quantiles *work);
+
+/**
+ * What the last run of this query in the workspace has still to do. docs/c.md states
+ * the cost. Allocates nothing.
+ *It goes by what is remembered of the pair; `memory` may be
+ * null, and learns from it when the query has ended.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
+ */
+punctual_status punctual_motion_query_remaining(const struct punctual_motion_query *query,
+                                                const struct punctual_workspace *workspace,
+                                                const struct punctual_memory *memory,
+                                                struct punctual_remaining *remaining);
+
+/**
+ * Where the surfaces may still meet before the contact that the last run of this query in
+ * the workspace found, if any.
+ * Takes time linear in the open pairs; allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
+ */
+punctual_status punctual_motion_query_certificate(const struct punctual_motion_query *query,
+                                                  const struct punctual_workspace *workspace,
+                                                  struct punctual_certificate *certificate);
+
+/**
+ * Boxes in A's frame, at most one for each open pair.
+ * Where the surfaces meet before the contact that was found, if any, all points of A that
+ * B touches are in one of them.
+ * As many as `capacity` allows are written to `boxes`, and how many there are to
+ * `count`.
+ *
+ * Fails as the function for the certificate.
+ */
+punctual_status punctual_motion_query_open_boxes(const struct punctual_motion_query *query,
+                                                 const struct punctual_workspace *workspace,
+                                                 struct punctual_aabb *boxes,
+                                                 size_t capacity,
+                                                 size_t *count);
+
+/**
+ * The screw from one pose to another: a turn of at most half a circle about an axis, and a
+ * shift along it.
  *
  * Fails with BAD_POSE or BAD_ARGUMENT.
  */
@@ -2278,7 +2458,8 @@ void punctual_motion_query_init(struct punctual_motion_query *query,
                                 struct punctual_motion b_in_a);
 
 /**
- * The question until when the motion of `b` in the frame of `a` is free, with the default options. Checked when it is run.
+ * The question until when the motion of `b` in the frame of `a` is free, with the default
+ * options. Checked when it is run.
  */
 PUNCTUAL_INLINE punctual_motion_query punctual_motion_query_new(const struct punctual_tree *a,
                                                                 const struct punctual_tree *b,
@@ -2287,82 +2468,6 @@ PUNCTUAL_INLINE punctual_motion_query punctual_motion_query_new(const struct pun
   punctual_motion_query_init(&query, sizeof query, a, b, b_in_a);
   return query;
 }
-
-/**
- * Runs a motion query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the motion
- * before makes the answer faster; `clock` may be null: the clock of the system.
- *
- * Under a time budget it returns at most one poll interval of work late, under a work budget at most
- * PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
- *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
- */
-punctual_status punctual_motion_query_run(const struct punctual_motion_query *query,
-                                          struct punctual_workspace *workspace,
-                                          struct punctual_memory *memory,
-                                          struct punctual_budget budget,
-                                          const struct punctual_clock *clock,
-                                          struct punctual_passage *outcome);
-
-/**
- * Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets, the
- * outcome at the end is that of one uninterrupted run.
- *
- * Fails as `punctual_motion_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or
- * is complete.
- */
-punctual_status punctual_motion_query_resume(const struct punctual_motion_query *query,
-                                             struct punctual_workspace *workspace,
-                                             struct punctual_memory *memory,
-                                             struct punctual_budget budget,
-                                             const struct punctual_clock *clock,
-                                             struct punctual_passage *outcome);
-
-/**
- * Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
- * guess: nine of ten queries are within a factor of 8.6 of the median. Takes constant time and allocates nothing.
- */
-punctual_status punctual_motion_query_predict(const struct punctual_motion_query *query,
-                                              const struct punctual_memory *memory,
-                                              struct punctual_quantiles *work);
-
-/**
- * What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be
- * null, and learns from it when the query has ended.
- * Takes less than a microsecond and allocates nothing.
- *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
- */
-punctual_status punctual_motion_query_remaining(const struct punctual_motion_query *query,
-                                                const struct punctual_workspace *workspace,
-                                                const struct punctual_memory *memory,
-                                                struct punctual_remaining *remaining);
-
-/**
- * Where the surfaces may still meet before the contact that the last run of this query in the workspace found, if any.
- * Takes time
- * linear in the open pairs; allocates nothing.
- *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
- */
-punctual_status punctual_motion_query_certificate(const struct punctual_motion_query *query,
-                                                  const struct punctual_workspace *workspace,
-                                                  struct punctual_certificate *certificate);
-
-/**
- * Boxes in A's frame, at most one for each open pair: where the surfaces meet before the contact that was found, if
- * any, all points
- * of A that B touches are in one of them. As many as `capacity` allows are written to `boxes`, and how many there are
- * to
- * `count`.
- *
- * Fails as `punctual_motion_query_certificate`.
- */
-punctual_status punctual_motion_query_open_boxes(const struct punctual_motion_query *query,
-                                                 const struct punctual_workspace *workspace,
-                                                 struct punctual_aabb *boxes,
-                                                 size_t capacity,
-                                                 size_t *count);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 13. Penetration: how deep are they, and what parts them?
@@ -2377,8 +2482,8 @@ enum punctual_deeper
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
   /**
-   * Not known: the budget ended first, it was not asked, or the depth is the limit up to the rounding of numbers as
-   * large as the meshes.
+   * Not known: the budget ended first, it was not asked, or the depth is the limit up to the
+   * rounding of numbers as large as the meshes.
    */
   PUNCTUAL_DEEPER_UNDECIDED = 0,
   /**
@@ -2399,14 +2504,15 @@ typedef uint32_t punctual_deeper;
 #endif // __cplusplus
 
 /**
- * Every buffer that a penetration query needs, about 2 MB, and what the last one left open. Allocated once: queries do not
- * allocate. One thread at a time may use it.
+ * Every buffer that a penetration query needs, about 2 MB, and what the last one left open.
+ * Allocated once: queries do not allocate. One thread at a time may use it.
  */
 typedef struct punctual_penetration_workspace punctual_penetration_workspace;
 
 /**
- * The question how far B has to be moved, at least, until the bodies are apart. Plain data, made by
- * `punctual_penetration_query_new`, one for each pose; it borrows the trees. To resume a query, all of it must be what it was.
+ * The question how far B has to be moved, at least, until the bodies are apart. Plain data, made
+ * by `punctual_penetration_query_new`, one for each pose; it borrows the trees. To resume a query,
+ * all of it must be what it was.
  */
 typedef struct punctual_penetration_query {
   /**
@@ -2414,13 +2520,13 @@ typedef struct punctual_penetration_query {
    */
   uint32_t size;
   /**
-   * Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a body inside of the other
-   * penetrates it. 0 by default.
+   * Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a
+   * body inside of the other penetrates it. 0 by default.
    */
   uint16_t solid;
   /**
-   * Whether only a short push is looked for, so that low stays 0: 0 or not 0. The query is then finished when it has tried
-   * 32 directions all around and turned the best one. 0 by default.
+   * Whether only a short push is looked for, so that low stays 0: 0 or not 0. The query is then
+   * finished when it has tried 32 directions all around and turned the best one. 0 by default.
    */
   uint16_t push_only;
   /**
@@ -2436,22 +2542,26 @@ typedef struct punctual_penetration_query {
    */
   struct punctual_pose b_in_a;
   /**
-   * Finished as soon as high <= (1 + this) low; 0.001 by default. Negative values and NaN count as 0.
+   * Finished as soon as high <= (1 + this) low; 0.001 by default. Negative values and NaN count
+   * as 0.
    */
   double relative_tolerance;
   /**
-   * Finished as soon as high <= low + this, too; 0 by default. Negative values and NaN count as 0.
+   * Finished as soon as high <= low + this, too; 0 by default. Negative values and NaN count as
+   * 0.
    */
   double absolute_tolerance;
   /**
-   * Finished as soon as it is known whether the bodies penetrate each other deeper than this, whatever the tolerances;
-   * infinite by default, which asks nothing. Negative values and NaN count as 0.
+   * Finished as soon as it is known whether the bodies penetrate each other deeper than this,
+   * whatever the tolerances; infinite by default, which asks nothing. Negative values and NaN
+   * count as 0.
    */
   double deeper_than;
 } punctual_penetration_query;
 
 /**
- * The answer: low <= depth <= high, both proven, also where a budget ended the query. Lengths are in the unit of the meshes.
+ * The answer: low <= depth <= high, both proven, also where a budget ended the query. Lengths are
+ * in the unit of the meshes.
  */
 typedef struct punctual_penetration {
   /**
@@ -2459,8 +2569,8 @@ typedef struct punctual_penetration {
    */
   uint32_t size;
   /**
-   * Whether a push is known; if not, the bodies are apart, or the budget ended before one was found, and the direction is
-   * zeros.
+   * Whether a push is known; if not, the bodies are apart, or the budget ended before one was
+   * found, and the direction is zeros.
    */
   bool has_push;
   /**
@@ -2476,7 +2586,8 @@ typedef struct punctual_penetration {
    */
   double high;
   /**
-   * The pose after the push, at which they are apart: proven. The pose of the query if no push is known.
+   * The pose after the push, at which they are apart: proven. The pose of the query if no push
+   * is known.
    */
   struct punctual_pose b_in_a;
   /**
@@ -2492,7 +2603,8 @@ typedef struct punctual_penetration {
    */
   uint64_t work;
   /**
-   * Time in nanoseconds, resumed calls included; -1 if it was not measured, which it is only under a time budget.
+   * Time in nanoseconds, resumed calls included; -1 if it was not measured, which it is only
+   * under a time budget.
    */
   int64_t elapsed;
 } punctual_penetration;
@@ -2517,7 +2629,8 @@ void punctual_penetration_query_init(struct punctual_penetration_query *query,
                                      struct punctual_pose b_in_a);
 
 /**
- * The question how deep `a` and `b` penetrate each other, with the default options. Checked when it is run.
+ * The question how deep `a` and `b` penetrate each other, with the default options. Checked
+ * when it is run.
  */
 PUNCTUAL_INLINE punctual_penetration_query punctual_penetration_query_new(const struct punctual_tree *a,
                                                                           const struct punctual_tree *b,
@@ -2528,27 +2641,29 @@ PUNCTUAL_INLINE punctual_penetration_query punctual_penetration_query_new(const 
 }
 
 /**
- * Bounds the depth within a budget. It does not allocate, lock or panic. `clock` may be null: the clock of the system.
+ * Bounds the depth within a budget. It does not allocate, lock or panic.
+ * `clock` may be null: the clock of the system.
  *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
  */
 punctual_status punctual_penetration_query_run(const struct punctual_penetration_query *query,
                                                struct punctual_penetration_workspace *workspace,
                                                struct punctual_budget budget,
                                                const struct punctual_clock *clock,
-                                               struct punctual_penetration *penetration);
+                                               struct punctual_penetration *outcome);
 
 /**
- * Continues the stopped run that the workspace holds, with a fresh budget.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
  *
- * Fails as `punctual_penetration_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very
- * query or is complete.
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
  */
 punctual_status punctual_penetration_query_resume(const struct punctual_penetration_query *query,
                                                   struct punctual_penetration_workspace *workspace,
                                                   struct punctual_budget budget,
                                                   const struct punctual_clock *clock,
-                                                  struct punctual_penetration *penetration);
+                                                  struct punctual_penetration *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 14. Rays: what do they hit?
@@ -2618,8 +2733,9 @@ typedef uint32_t punctual_ray_mode;
 #endif // __cplusplus
 
 /**
- * A half-line from an origin in a direction of any length, or a segment between two points, in the frame of the mesh. Plain
- * data, made by `punctual_ray_new` or `punctual_ray_segment`; checked wherever it is used, and then used as it is.
+ * A half-line from an origin in a direction of any length, or a segment between two points, in the
+ * frame of the mesh. Plain data, made by `punctual_ray_new` or `punctual_ray_segment`; checked
+ * wherever it is used, and then used as it is.
  */
 typedef struct punctual_ray {
   /**
@@ -2635,7 +2751,8 @@ typedef struct punctual_ray {
    */
   double t_min;
   /**
-   * Hits after this parameter are left out. Infinity by default. To end exactly at a point, take a segment.
+   * Hits after this parameter are left out. Infinity by default. To end exactly at a point, take
+   * a segment.
    */
   double t_max;
   /**
@@ -2645,11 +2762,11 @@ typedef struct punctual_ray {
 } punctual_ray;
 
 /**
- * The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it borrows the tree. To resume a
- * query all of it must be what it was.
+ * The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it
+ * borrows the tree. To resume a query all of it must be what it was.
  *
- * A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed triangles, edges
- * and corners included.
+ * A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are
+ * given: closed triangles, edges and corners included.
  */
 typedef struct punctual_ray_query {
   /**
@@ -2687,15 +2804,16 @@ typedef struct punctual_ray_hit {
    */
   punctual_side side;
   /**
-   * The least parameter of a common point, which is `origin + t direction`, of a segment `origin + t (end - origin)`. Off by
-   * at most 1e-11 of the largest coordinate of the triangle seen from the origin, over the largest component of the
-   * direction. Infinite without a hit.
+   * The least parameter of a common point, which is `origin + t direction`, of a segment
+   * `origin + t (end - origin)`. Off by at most 1e-11 of the largest coordinate of the triangle
+   * seen from the origin, over the largest component of the direction. Infinite without a hit.
    */
   double t;
 } punctual_ray_hit;
 
 /**
- * The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
+ * The answer of a ray query, wherever it stopped. All hits stay in the workspace:
+ * `punctual_workspace_ray_hits`.
  */
 typedef struct punctual_ray_cast {
   /**
@@ -2707,12 +2825,13 @@ typedef struct punctual_ray_cast {
    */
   struct punctual_ray_hit hit;
   /**
-   * Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were compared.
+   * Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were
+   * compared.
    */
   uint64_t found;
   /**
-   * Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST never after the hit that was
-   * found. Infinite if there is none.
+   * Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST
+   * never after the hit that was found. Infinite if there is none.
    */
   double free_until;
   /**
@@ -2724,16 +2843,17 @@ typedef struct punctual_ray_cast {
    */
   struct punctual_stats stats;
   /**
-   * A `punctual_inside`: whether the ray starts inside the solid or on its surface; INSIDE_UNDECIDED if that was not asked,
-   * the tree was not built as a solid, or the budget ended first.
+   * A `punctual_inside`: whether the ray starts inside the solid or on its surface;
+   * INSIDE_UNDECIDED if that was not asked, the tree was not built as a solid, or the budget
+   * ended first.
    */
   uint64_t starts_inside;
 } punctual_ray_cast;
 
 /**
- * The question what each of many rays hits, answered one after the other within one budget, in less time than a query for each.
- * Plain data, made by `punctual_ray_batch_new`; it borrows the tree and the rays. To resume it all of it, and the rays, must be
- * what they were.
+ * The question what each of many rays hits, answered one after the other within one budget, in
+ * less time than a query for each. Plain data, made by `punctual_ray_batch_new`; it borrows the
+ * tree and the rays. To resume it all of it, and the rays, must be what they were.
  */
 typedef struct punctual_ray_batch {
   /**
@@ -2808,55 +2928,51 @@ PUNCTUAL_INLINE punctual_ray_query punctual_ray_query_new(const struct punctual_
 }
 
 /**
- * Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
- * `punctual_workspace_reserve_ray_hits` has made some; nothing else allocates. It does not lock or panic. `clock` may be null:
- * the clock of the system.
+ * Runs a ray query within a budget. The first one for all hits in a workspace makes room
+ * for 4,096 hits, unless `punctual_workspace_reserve_ray_hits` has made some; nothing else
+ * allocates. It does not lock or panic.
  *
- * Under a time budget it returns at most one poll interval of work late, under a work budget at most
- * PUNCTUAL_MAX_STEP_WORK units later.
+ * Under a time budget it returns at most one poll interval of work late, under a work
+ * budget at most PUNCTUAL_MAX_STEP_WORK units later.
+ * `clock` may be null: the clock of the system.
  *
- * Fails with NULL, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
  */
 punctual_status punctual_ray_query_run(const struct punctual_ray_query *query,
                                        struct punctual_workspace *workspace,
                                        struct punctual_budget budget,
                                        const struct punctual_clock *clock,
-                                       struct punctual_ray_cast *cast);
+                                       struct punctual_ray_cast *outcome);
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the hits or make room first.
- * However it is cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
+ * After PAIRS_FULL drain the hits or make room first. However it is cut into pieces by
+ * work budgets, the outcome at the end is that of one uninterrupted run.
  *
- * Fails as `punctual_ray_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
- * complete.
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
  */
 punctual_status punctual_ray_query_resume(const struct punctual_ray_query *query,
                                           struct punctual_workspace *workspace,
                                           struct punctual_budget budget,
                                           const struct punctual_clock *clock,
-                                          struct punctual_ray_cast *cast);
+                                          struct punctual_ray_cast *outcome);
 
 /**
- * What the last run of this query in the workspace has still to do.
- * Takes less than a microsecond and allocates nothing.
+ * What the last run of this query in the workspace has still to do. docs/c.md states
+ * the cost. Allocates nothing.
  *
- * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
  */
 punctual_status punctual_ray_query_remaining(const struct punctual_ray_query *query,
                                              const struct punctual_workspace *workspace,
                                              struct punctual_remaining *remaining);
 
 /**
- * The hits that the last query found, if it was a ray query for all hits, without those drained: in order of discovery, which is
- * nearly that of `t`. As many as `capacity` allows are written to `hits`, and how many there are to `count`.
- */
-punctual_status punctual_workspace_ray_hits(const struct punctual_workspace *workspace,
-                                            struct punctual_ray_hit *hits,
-                                            size_t capacity,
-                                            size_t *count);
-
-/**
- * Forgets the hits, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
+ * Forgets the hits, so that a query that stopped with PAIRS_FULL can be resumed. Copy them
+ * first.
  */
 punctual_status punctual_workspace_drain_ray_hits(struct punctual_workspace *workspace);
 
@@ -2888,11 +3004,13 @@ PUNCTUAL_INLINE punctual_ray_batch punctual_ray_batch_new(const struct punctual_
 }
 
 /**
- * Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
- * so many rays in a workspace makes room for them, about 100 bytes each; later ones do not allocate. It does not lock or panic.
- * `clock` may be null: the clock of the system.
+ * Runs many rays within a budget, and writes the hits of those that are done to `hits`, which
+ * has room for all. The first batch of so many rays in a workspace makes room for them, about
+ * 100 bytes each; later ones do not allocate. It does not lock or panic. `clock` may be null:
+ * the clock of the system.
  *
- * Fails with NULL, BAD_ARGUMENT, which names the ray, OUT_OF_MEMORY or POISONED before it has begun.
+ * Fails with NULL, BAD_ARGUMENT, which names the ray, OUT_OF_MEMORY or POISONED before it has
+ * begun.
  */
 punctual_status punctual_ray_batch_run(const struct punctual_ray_batch *batch,
                                        struct punctual_workspace *workspace,
@@ -2902,11 +3020,11 @@ punctual_status punctual_ray_batch_run(const struct punctual_ray_batch *batch,
                                        struct punctual_ray_batch_outcome *outcome);
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget. The hits of all rays that are done are written, those
- * of earlier calls again.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget. The hits of all
+ * rays that are done are written, those of earlier calls again.
  *
- * Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very batch or is
- * complete.
+ * Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace
+ * was not of this very batch or is complete.
  */
 punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch,
                                           struct punctual_workspace *workspace,
@@ -2916,13 +3034,26 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_batch_outcome *outcome);
 
 /**
- * What the last run of this batch in the workspace has still to do. Takes time linear in the rays, which it copies.
+ * What the last run of this batch in the workspace has still to do. Takes time linear in the
+ * rays, which it copies.
  *
- * Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very batch.
+ * Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace
+ * was not of this very batch.
  */
 punctual_status punctual_ray_batch_remaining(const struct punctual_ray_batch *batch,
                                              const struct punctual_workspace *workspace,
                                              struct punctual_remaining *remaining);
+
+/**
+ * The hits that the last query found, if it was a ray query for all hits, without those
+ * drained: in order of discovery, which is nearly that of `t`.
+ * As many as `capacity` allows are written to `hits`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_workspace_ray_hits(const struct punctual_workspace *workspace,
+                                            struct punctual_ray_hit *hits,
+                                            size_t capacity,
+                                            size_t *count);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 15. Points: are they inside a solid?
@@ -2937,7 +3068,8 @@ enum punctual_inside
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
   /**
-   * Not known: the budget ended first, or the winding number of an open solid is 1/2 to its error.
+   * Not known: the budget ended first, or the winding number of an open solid is 1/2 to its
+   * error.
    */
   PUNCTUAL_INSIDE_UNDECIDED = 0,
   /**
@@ -2962,8 +3094,8 @@ typedef uint32_t punctual_inside;
  */
 typedef struct punctual_point_bounds {
   /**
-   * How often the surface winds around the point: a whole number, exactly, if the solid is closed. On the surface that of
-   * the points just beside it. NaN if it is not known.
+   * How often the surface winds around the point: a whole number, exactly, if the solid is
+   * closed. On the surface that of the points just beside it. NaN if it is not known.
    */
   double winding;
   /**
@@ -2971,8 +3103,8 @@ typedef struct punctual_point_bounds {
    */
   double error;
   /**
-   * The signed distance, negative inside, is within `low` and `high`, if it was asked for; else both are 0, and they are
-   * infinite for an empty mesh.
+   * The signed distance, negative inside, is within `low` and `high`, if it was asked for; else
+   * both are 0, and they are infinite for an empty mesh.
    */
   double low;
   /**
@@ -2988,7 +3120,8 @@ typedef struct punctual_point_bounds {
    */
   uint32_t triangle;
   /**
-   * Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on the surface.
+   * Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on the
+   * surface.
    */
   punctual_inside inside;
   /**
@@ -3024,13 +3157,14 @@ typedef struct punctual_points_outcome {
 } punctual_points_outcome;
 
 /**
- * Asks about `count` points, in the frame of the tree's mesh, one after the other within one budget, and writes what is known of
- * those that are done to `bounds`, which has room for all. `measures`: 0 for winding numbers only, else distances too. The first
- * call for so many points in a workspace makes room for them, about 100 bytes each. It does not lock or panic. `clock` may be
- * null: the clock of the system.
+ * Asks about `count` points, in the frame of the tree's mesh, one after the other within one
+ * budget, and writes what is known of those that are done to `bounds`, which has room for all.
+ * `measures`: 0 for winding numbers only, else distances too. The first call for so many
+ * points in a workspace makes room for them, about 100 bytes each. It does not lock or panic.
+ * `clock` may be null: the clock of the system.
  *
- * Fails with NULL, BAD_ARGUMENT if the tree was not built as a solid or for a point that is not finite, which it names,
- * OUT_OF_MEMORY or POISONED before it has begun.
+ * Fails with NULL, BAD_ARGUMENT if the tree was not built as a solid or for a point that is
+ * not finite, which it names, OUT_OF_MEMORY or POISONED before it has begun.
  */
 punctual_status punctual_points_run(const struct punctual_tree *tree,
                                     const struct punctual_point *points,
@@ -3043,10 +3177,12 @@ punctual_status punctual_points_run(const struct punctual_tree *tree,
                                     struct punctual_points_outcome *outcome);
 
 /**
- * Goes on with the stopped run that the workspace holds, with a fresh budget; the points must be what they were. What is known of
- * all points that are done is written, those of earlier calls again.
+ * Goes on with the stopped run that the workspace holds, with a fresh budget; the points must
+ * be what they were. What is known of all points that are done is written, those of earlier
+ * calls again.
  *
- * Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was not of these points or is complete.
+ * Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was
+ * not of these points or is complete.
  */
 punctual_status punctual_points_resume(const struct punctual_tree *tree,
                                        const struct punctual_point *points,
@@ -3059,9 +3195,11 @@ punctual_status punctual_points_resume(const struct punctual_tree *tree,
                                        struct punctual_points_outcome *outcome);
 
 /**
- * What the last run about these points in the workspace has still to do. Takes time linear in the points, which it checks.
+ * What the last run about these points in the workspace has still to do. Takes time linear in
+ * the points, which it checks.
  *
- * Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was not of these points.
+ * Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was
+ * not of these points.
  */
 punctual_status punctual_points_remaining(const struct punctual_tree *tree,
                                           const struct punctual_point *points,
@@ -3100,8 +3238,8 @@ enum punctual_contact_phase
    */
   PUNCTUAL_CONTACT_PHASE_PERSISTS = 2,
   /**
-   * They are proven to be apart, or one was removed, or they may not meet any more, or both are fixed and their distance is
-   * asked for no more.
+   * They are proven to be apart, or one was removed, or they may not meet any more, or both are
+   * fixed and their distance is asked for no more.
    */
   PUNCTUAL_CONTACT_PHASE_ENDED = 3,
 };
@@ -3159,9 +3297,10 @@ enum punctual_body_kind
    */
   PUNCTUAL_BODY_KIND_MOVING = 0,
   /**
-   * Part of the surroundings: two fixed bodies are not compared, unless their distance is asked for. It may be given new
-   * poses all the same: a kinematic body, which moves as the program says and which nothing pushes, is a fixed one with a
-   * new pose in each frame, or a motion (`punctual_scene_set_motion`) so that nothing slips through it.
+   * Part of the surroundings: two fixed bodies are not compared, unless their distance is asked
+   * for. It may be given new poses all the same: a kinematic body, which moves as the program
+   * says and which nothing pushes, is a fixed one with a new pose in each frame, or a motion
+   * (`punctual_scene_set_motion`) so that nothing slips through it.
    */
   PUNCTUAL_BODY_KIND_FIXED = 1,
 };
@@ -3186,8 +3325,9 @@ enum punctual_reach
    */
   PUNCTUAL_REACH_HERE = 0,
   /**
-   * Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
-   * poses. Pairs that may have met in between are reported as well, with what is true of them here.
+   * Swept boxes: each covers a body's motion since the previous frame, at a constant velocity
+   * and turn between its two poses. Pairs that may have met in between are reported as well,
+   * with what is true of them here.
    */
   PUNCTUAL_REACH_SWEPT = 1,
 };
@@ -3200,12 +3340,14 @@ typedef uint32_t punctual_reach;
 #endif // __cplusplus
 
 /**
- * Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
+ * Bodies that move, and the question which of them meet. One thread at a time may use it; it may
+ * start threads of its own.
  */
 typedef struct punctual_scene punctual_scene;
 
 /**
- * A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of bodies may have the same.
+ * A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of
+ * bodies may have the same.
  */
 typedef struct punctual_body {
   /**
@@ -3233,17 +3375,19 @@ typedef struct punctual_body {
    */
   uint32_t mask;
   /**
-   * How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as the more important of its
-   * two bodies, and goes before all that are less important.
+   * How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as
+   * the more important of its two bodies, and goes before all that are less important.
    */
   float importance;
   /**
-   * By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
+   * By how much its surface is thickened, 0 by default: pairs meet when they come within the sum
+   * of their margins.
    */
   double margin;
   /**
-   * Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points,
-   * unless those of a pair are asked for (`punctual_scene_find_contacts_of`).
+   * Whether it is a sensor, false by default: what meets it or is inside it is told, but its
+   * pairs have no contact points, unless those of a pair are asked for
+   * (`punctual_scene_find_contacts_of`).
    */
   bool is_sensor;
   /**
@@ -3253,11 +3397,13 @@ typedef struct punctual_body {
 } punctual_body;
 
 /**
- * Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
+ * Names a body of one scene for as long as it is in it. The id of a removed body is never valid
+ * again.
  */
 typedef struct punctual_body_id {
   /**
-   * A small number that no other body now in the scene has; those of removed bodies are given out again.
+   * A small number that no other body now in the scene has; those of removed bodies are given
+   * out again.
    */
   uint32_t index;
   /**
@@ -3265,16 +3411,17 @@ typedef struct punctual_body_id {
    */
   uint32_t generation;
   /**
-   * Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id
-   * says:
-   * compare and store `index` and `generation`. 0: every scene takes the id for its own.
+   * Tells scenes of this process apart; no other scene takes the id for one of its own. It is no
+   * part of what the id says: compare and store `index` and `generation`. 0: every scene takes
+   * the id for its own.
    */
   uint32_t scene;
 } punctual_body_id;
 
 /**
- * What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in `pairs` together, and may meet, do
- * not: their boxes are apart. Otherwise the budget ended in the broad phase, which goes on in the next frame.
+ * What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in
+ * `pairs` together, and may meet, do not: their boxes are apart. Otherwise the budget ended in the
+ * broad phase, which goes on in the next frame.
  */
 typedef struct punctual_report {
   /**
@@ -3310,11 +3457,13 @@ typedef struct punctual_report {
    */
   uint64_t worst_age;
   /**
-   * Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
+   * Bodies that changed or were removed and whose boxes are not up to date: the next frames
+   * place them.
    */
   size_t unplaced;
   /**
-   * Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
+   * Bodies that not all partners are known of: they moved on or were removed, and the search for
+   * pairs is not at its end.
    */
   size_t unpaired;
   /**
@@ -3338,7 +3487,8 @@ typedef struct punctual_report {
    */
   uint64_t bv_tests;
   /**
-   * Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   * Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time
+   * budget.
    */
   int64_t elapsed;
 } punctual_report;
@@ -3360,32 +3510,35 @@ typedef struct punctual_pair_report {
    */
   punctual_verdict verdict;
   /**
-   * Whether nothing is left to find, of its distance and its time of impact too, if they are asked for. Undecided all the same
-   * if rounding hides whether bodies with margins meet, or bodies in motion at its start.
+   * Whether nothing is left to find, of its distance and its time of impact too, if they are
+   * asked for. Undecided all the same if rounding hides whether bodies with margins meet, or
+   * bodies in motion at its start.
    */
   bool complete;
   /**
-   * If they meet, two triangles that do; if they come within their margins, two that do; else zeros.
+   * If they meet, two triangles that do; if they come within their margins, two that do; else
+   * zeros.
    */
   struct punctual_triangle_pair witness;
   /**
-   * How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they
-   * intersect, above
-   * 0 and no more than the margins if they come within them, and infinite without a witness.
+   * How far apart the witness is at most, in the length unit of the scene, margins not
+   * subtracted: 0 if they intersect, above 0 and no more than the margins if they come within
+   * them, and infinite without a witness.
    */
   double witness_distance;
   /**
-   * Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins, whose witness counts.
+   * Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins,
+   * whose witness counts.
    */
   uint64_t found;
   /**
-   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is complete all the same.
+   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is
+   * complete all the same.
    */
   double probability;
   /**
-   * Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and
-   * between
-   * them otherwise.
+   * Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if
+   * nothing was found, and between them otherwise.
    */
   double recall;
   /**
@@ -3407,100 +3560,11 @@ typedef struct punctual_pair_certificate {
    */
   uint64_t upper_bound;
   /**
-   * Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
+   * Each intersection that was not found lies in a box no longer than this, in the length unit
+   * of the scene.
    */
   double largest_extent;
 } punctual_pair_certificate;
-
-/**
- * A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies may have parted and met again
- * unseen.
- */
-typedef struct punctual_body_contact {
-  /**
-   * The body of the lower index.
-   */
-  struct punctual_body_id a;
-  /**
-   * The other one.
-   */
-  struct punctual_body_id b;
-  /**
-   * What becomes of it in this frame.
-   */
-  punctual_contact_phase phase;
-  /**
-   * Frames since it began: 0 in the frame in which it did.
-   */
-  uint64_t age;
-} punctual_body_contact;
-
-/**
- * What is known of the distance of two bodies, in the length unit of the scene.
- */
-typedef struct punctual_pair_distance {
-  /**
-   * The body of the lower index.
-   */
-  struct punctual_body_id a;
-  /**
-   * The other one.
-   */
-  struct punctual_body_id b;
-  /**
-   * Proven: no point of one surface was closer to the other; 0 if nothing is known.
-   */
-  double low;
-  /**
-   * Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
-   */
-  double high;
-  /**
-   * Whether triangles were found; if not, they are zeros.
-   */
-  bool has_triangles;
-  /**
-   * The closest triangles that were found.
-   */
-  struct punctual_triangle_pair triangles;
-  /**
-   * Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
-   * nothing is known.
-   */
-  uint64_t age;
-} punctual_pair_distance;
-
-/**
- * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions. If their
- * distance is asked for too, that is the one at time 0.
- */
-typedef struct punctual_pair_passage {
-  /**
-   * The body of the lower index.
-   */
-  struct punctual_body_id a;
-  /**
-   * The other one.
-   */
-  struct punctual_body_id b;
-  /**
-   * Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the budget did not reach the
-   * pair.
-   */
-  double free_until;
-  /**
-   * Whether a contact was found (yet); if not, its time and the triangles are zeros.
-   */
-  bool touches;
-  /**
-   * Proven: they meet at this time.
-   */
-  double touching_at;
-  /**
-   * The triangles that meet then.
-   */
-  struct punctual_triangle_pair triangles;
-} punctual_pair_passage;
 
 /**
  * The question which body a ray hits. Plain data, made by `punctual_scene_ray_new`.
@@ -3545,7 +3609,8 @@ typedef struct punctual_body_hit {
    */
   struct punctual_body_id body;
   /**
-   * The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in the scene.
+   * The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in
+   * the scene.
    */
   struct punctual_ray_hit on_body;
 } punctual_body_hit;
@@ -3563,12 +3628,13 @@ typedef struct punctual_scene_ray_cast {
    */
   struct punctual_body_hit hit;
   /**
-   * How many triangles were found to be hit; for RAY_MODE_ALL those of `punctual_scene_ray_hits`.
+   * How many triangles were found to be hit; for RAY_MODE_ALL those of
+   * `punctual_scene_ray_hits`.
    */
   uint64_t found;
   /**
-   * Proven: no hit that was not found lies before this parameter. Of a nearest hit that is known, its own; infinite if
-   * nothing is left to be found.
+   * Proven: no hit that was not found lies before this parameter. Of a nearest hit that is
+   * known, its own; infinite if nothing is left to be found.
    */
   double free_until;
   /**
@@ -3580,53 +3646,110 @@ typedef struct punctual_scene_ray_cast {
    */
   uint64_t work;
   /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
+   * budget.
    */
   int64_t elapsed;
 } punctual_scene_ray_cast;
 
 /**
- * What is known of the least distance between two groups of bodies, in the length unit of the scene. It holds for the bodies where
- * they are in this frame, whatever the budget reached.
+ * A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies
+ * may have parted and met again unseen.
  */
-typedef struct punctual_group_distance {
+typedef struct punctual_body_contact {
   /**
-   * Of which groups: the id of `punctual_scene_measure_groups`.
+   * The body of the lower index.
    */
-  uint64_t id;
+  struct punctual_body_id a;
   /**
-   * Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if no two of their bodies may
-   * meet.
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * What becomes of it in this frame.
+   */
+  punctual_contact_phase phase;
+  /**
+   * Frames since it began: 0 in the frame in which it did.
+   */
+  uint64_t age;
+} punctual_body_contact;
+
+/**
+ * What is known of the distance of two bodies, in the length unit of the scene.
+ */
+typedef struct punctual_pair_distance {
+  /**
+   * The body of the lower index.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * Proven: no point of one surface was closer to the other; 0 if nothing is known.
    */
   double low;
   /**
-   * Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
+   * Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is
+   * known.
    */
   double high;
   /**
-   * Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles are zeros.
+   * Whether triangles were found; if not, they are zeros.
    */
-  bool has_bodies;
+  bool has_triangles;
   /**
-   * These bodies, the lower index first.
-   */
-  struct punctual_body_id bodies[2];
-  /**
-   * Their closest triangles that were found; zeros for none.
+   * The closest triangles that were found.
    */
   struct punctual_triangle_pair triangles;
   /**
-   * How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is within the tolerance.
+   * Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As
+   * many as there were if nothing is known.
    */
-  size_t open;
-} punctual_group_distance;
+  uint64_t age;
+} punctual_pair_distance;
+
+/**
+ * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the
+ * end of their motions. If their distance is asked for too, that is the one at time 0.
+ */
+typedef struct punctual_pair_passage {
+  /**
+   * The body of the lower index.
+   */
+  struct punctual_body_id a;
+  /**
+   * The other one.
+   */
+  struct punctual_body_id b;
+  /**
+   * Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the
+   * budget did not reach the pair.
+   */
+  double free_until;
+  /**
+   * Whether a contact was found (yet); if not, its time and the triangles are zeros.
+   */
+  bool touches;
+  /**
+   * Proven: they meet at this time.
+   */
+  double touching_at;
+  /**
+   * The triangles that meet then.
+   */
+  struct punctual_triangle_pair triangles;
+} punctual_pair_passage;
 
 /**
  * A point where two bodies touch: one of at most four of a manifold, fixed to both bodies.
  */
 typedef struct punctual_contact_point {
   /**
-   * The manifold that it belongs to: the same from frame to frame while the manifold keeps a point.
+   * The manifold that it belongs to: the same from frame to frame while the manifold keeps a
+   * point.
    */
   uint64_t manifold;
   /**
@@ -3634,7 +3757,8 @@ typedef struct punctual_contact_point {
    */
   uint64_t id;
   /**
-   * The point on the body of the lower index, in the coordinates of its mesh, and on the other one, in those of its own.
+   * The point on the body of the lower index, in the coordinates of its mesh, and on the other
+   * one, in those of its own.
    */
   struct punctual_point points[2];
   /**
@@ -3642,7 +3766,8 @@ typedef struct punctual_contact_point {
    */
   struct punctual_point normal;
   /**
-   * Signed distance along the normal where it was found, without margins; negative where the bodies are sunk into each other.
+   * Signed distance along the normal where it was found, without margins; negative where the
+   * bodies are sunk into each other.
    */
   double distance;
 } punctual_contact_point;
@@ -3660,12 +3785,14 @@ typedef struct punctual_contact_points {
    */
   size_t count;
   /**
-   * The surfaces were at least so far apart wherever no point stands for a contact when the points were found, margins not
-   * subtracted; 0 if one body is within the other, or nothing is known.
+   * The surfaces were at least so far apart wherever no point stands for a contact when the
+   * points were found, margins not subtracted; 0 if one body is within the other, or nothing is
+   * known.
    */
   double low;
   /**
-   * How far the surfaces have moved relative to each other since then, at most; infinite if nothing is known.
+   * How far the surfaces have moved relative to each other since then, at most; infinite if
+   * nothing is known.
    */
   double drift;
   /**
@@ -3673,15 +3800,54 @@ typedef struct punctual_contact_points {
    */
   uint64_t age;
   /**
-   * 1 if the body of the lower index was inside the other, 2 if the other was inside it, or had a vertex in it, while their
-   * surfaces did not meet; else 0. No point stands for that.
+   * 1 if the body of the lower index was inside the other, 2 if the other was inside it, or had
+   * a vertex in it, while their surfaces did not meet; else 0. No point stands for that.
    */
   uint64_t within;
 } punctual_contact_points;
 
 /**
- * What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. Plain data, made by
- * `punctual_scene_shape_new`.
+ * What is known of the least distance between two groups of bodies, in the length unit of the
+ * scene. It holds for the bodies where they are in this frame, whatever the budget reached.
+ */
+typedef struct punctual_group_distance {
+  /**
+   * Of which groups: the id of `punctual_scene_measure_groups`.
+   */
+  uint64_t id;
+  /**
+   * Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if
+   * no two of their bodies may meet.
+   */
+  double low;
+  /**
+   * Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if
+   * nothing is known.
+   */
+  double high;
+  /**
+   * Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles are
+   * zeros.
+   */
+  bool has_bodies;
+  /**
+   * These bodies, the lower index first.
+   */
+  struct punctual_body_id bodies[2];
+  /**
+   * Their closest triangles that were found; zeros for none.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is
+   * within the tolerance.
+   */
+  size_t open;
+} punctual_group_distance;
+
+/**
+ * What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. Plain
+ * data, made by `punctual_scene_shape_new`.
  */
 typedef struct punctual_scene_shape {
   /**
@@ -3697,7 +3863,8 @@ typedef struct punctual_scene_shape {
    */
   const struct punctual_tree *tree;
   /**
-   * Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a cast are about its start.
+   * Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a cast
+   * are about its start.
    */
   struct punctual_motion motion;
   /**
@@ -3735,7 +3902,8 @@ typedef struct punctual_shape_hit {
    */
   bool is_there;
   /**
-   * Whether triangles and points were found; not if one is inside the other. If not, they are zeros.
+   * Whether triangles and points were found; not if one is inside the other. If not, they are
+   * zeros.
    */
   bool has_points;
   /**
@@ -3747,8 +3915,8 @@ typedef struct punctual_shape_hit {
    */
   struct punctual_triangle_pair triangles;
   /**
-   * Their closest points in the coordinates of the scene, of the body and of the shape, each moved towards the other by its
-   * margin.
+   * Their closest points in the coordinates of the scene, of the body and of the shape, each
+   * moved towards the other by its margin.
    */
   struct punctual_point points[2];
   /**
@@ -3786,7 +3954,8 @@ typedef struct punctual_shape_cast {
    */
   uint64_t work;
   /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
+   * budget.
    */
   int64_t elapsed;
 } punctual_shape_cast;
@@ -3820,7 +3989,8 @@ typedef struct punctual_closest_body {
    */
   uint64_t work;
   /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
+   * budget.
    */
   int64_t elapsed;
 } punctual_closest_body;
@@ -3864,8 +4034,8 @@ typedef struct punctual_overlap {
    */
   uint64_t undecided;
   /**
-   * 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes were compared, or of MODE_ANY, if
-   * a first body was enough.
+   * 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes were
+   * compared, or of MODE_ANY, if a first body was enough.
    */
   uint64_t is_whole;
   /**
@@ -3873,7 +4043,8 @@ typedef struct punctual_overlap {
    */
   uint64_t work;
   /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
+   * budget.
    */
   int64_t elapsed;
 } punctual_overlap;
@@ -3896,19 +4067,16 @@ PUNCTUAL_INLINE punctual_body punctual_body_new(const struct punctual_tree *tree
 }
 
 /**
- * Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or the number of all), `reach` a
- * `punctual_reach`.
+ * Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or
+ * the number of all), `reach` a `punctual_reach`.
  *
  * Fails with BAD_ARGUMENT if one of them is unknown.
  */
-punctual_status punctual_scene_new(uint32_t mode,
-                                   uint32_t reach,
-                                   struct punctual_scene **scene);
+punctual_status punctual_scene_new(uint32_t mode, uint32_t reach, struct punctual_scene **scene);
 
 /**
- * Asks from the next frame on for any intersection of each pair, or for the number of all, by a `punctual_mode`. What
- * earlier
- * frames found does not answer another question.
+ * Asks from the next frame on for any intersection of each pair, or for the number of all, by
+ * a `punctual_mode`. What earlier frames found does not answer another question.
  *
  * Fails with BAD_ARGUMENT if it is unknown.
  */
@@ -3922,11 +4090,10 @@ punctual_status punctual_scene_set_mode(struct punctual_scene *scene, uint32_t m
 punctual_status punctual_scene_set_reach(struct punctual_scene *scene, uint32_t reach);
 
 /**
- * Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 88 bytes, and
- * about 430 more
- * from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the
- * room is
- * free again. Those that are kept already stay.
+ * Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair
+ * takes 88 bytes, and about 430 more from its first turn on. Pairs beyond that are left out,
+ * and `is_full` of the report says so, until an eighth of the room is free again. Those that
+ * are kept already stay.
  */
 punctual_status punctual_scene_set_max_pairs(struct punctual_scene *scene, size_t pairs);
 
@@ -3936,17 +4103,18 @@ punctual_status punctual_scene_set_max_pairs(struct punctual_scene *scene, size_
 void punctual_scene_free(struct punctual_scene *scene);
 
 /**
- * Shares the work of `punctual_scene_detect` among `threads` threads, the caller's included. They wait between frames.
+ * Shares the work of `punctual_scene_detect` among `threads` threads, the caller's included.
+ * They wait between frames.
  *
- * Fails with BAD_ARGUMENT if they are more than 1024, with NO_THREAD if the operating system gives none; the scene then has
- * those that it had.
+ * Fails with BAD_ARGUMENT if they are more than 1024, with NO_THREAD if the operating system
+ * gives none; the scene then has those that it had.
  */
-punctual_status punctual_scene_use_threads(struct punctual_scene *scene,
-                                           size_t threads);
+punctual_status punctual_scene_use_threads(struct punctual_scene *scene, size_t threads);
 
 /**
- * Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do. Within this room
- * `punctual_scene_detect` does not allocate. Takes about 860 bytes a body and 960 a pair.
+ * Makes room for this many bodies, and for this many pairs of them whose boxes overlap or
+ * nearly do. Within this room `punctual_scene_detect` does not allocate. Takes about 860 bytes
+ * a body and 960 a pair.
  *
  * Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
  */
@@ -3955,15 +4123,16 @@ punctual_status punctual_scene_reserve(struct punctual_scene *scene, size_t bodi
 /**
  * Puts a body into the scene.
  *
- * Fails with BAD_POSE if its pose is refused (a scene allows a little less than a query), BAD_ARGUMENT if its kind is unknown
- * or its importance NaN.
+ * Fails with BAD_POSE if its pose is refused (a scene allows a little less than a query),
+ * BAD_ARGUMENT if its kind is unknown or its importance NaN.
  */
 punctual_status punctual_scene_insert(struct punctual_scene *scene,
                                       const struct punctual_body *body,
                                       struct punctual_body_id *id);
 
 /**
- * Takes a body out of the scene. As for all that follows, fails with NO_SUCH_BODY if it is not in it.
+ * Takes a body out of the scene. As for all that follows, fails with NO_SUCH_BODY if it is not
+ * in it.
  */
 punctual_status punctual_scene_remove(struct punctual_scene *scene, struct punctual_body_id id);
 
@@ -3982,14 +4151,6 @@ punctual_status punctual_scene_tree(const struct punctual_scene *scene,
                                     struct punctual_tree **tree);
 
 /**
- * The ids of all bodies, by index: as many as `capacity` allows are written to `ids`, and how many there are to `count`.
- */
-punctual_status punctual_scene_bodies(const struct punctual_scene *scene,
-                                      struct punctual_body_id *ids,
-                                      size_t capacity,
-                                      size_t *count);
-
-/**
  * Moves a body. Setting the pose that it already has is a no-op.
  *
  * Fails with BAD_POSE if the pose is refused; the body then stays where it was.
@@ -4006,10 +4167,11 @@ punctual_status punctual_scene_set_tree(struct punctual_scene *scene,
                                         const struct punctual_tree *tree);
 
 /**
- * Moves the vertices of a body's mesh, as `punctual_tree_refit_f32`. If handles or other bodies share its tree, the body gets
- * one of its own first.
+ * Moves the vertices of a body's mesh, as `punctual_tree_refit_f32`. If handles or other
+ * bodies share its tree, the body gets one of its own first.
  *
- * Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the shape is unchanged then.
+ * Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the
+ * shape is unchanged then.
  */
 punctual_status punctual_scene_refit_f32(struct punctual_scene *scene,
                                          struct punctual_body_id id,
@@ -4025,7 +4187,8 @@ punctual_status punctual_scene_refit_f64(struct punctual_scene *scene,
                                          size_t vertex_count);
 
 /**
- * Says whom a body may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a bit set.
+ * Says whom a body may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both
+ * have a bit set.
  */
 punctual_status punctual_scene_set_filter(struct punctual_scene *scene,
                                           struct punctual_body_id id,
@@ -4042,12 +4205,15 @@ punctual_status punctual_scene_set_importance(struct punctual_scene *scene,
                                               float importance);
 
 /**
- * Finds out which bodies meet, within a budget for the whole frame. `clock` may be null: the clock of the system; with one of
- * the caller's, all is done on the calling thread. `report` may be null.
+ * Finds out which bodies meet, within a budget for the whole frame. `clock` may be null: the
+ * clock of the system; with one of the caller's, all is done on the calling thread. `report`
+ * may be null.
  *
- * Under a time budget it ends in time as long as the broad phase alone does; under a work budget, which does not count the
- * broad phase, it gives the same report on any number of threads. It allocates only as the scene grows: in a frame with more bodies,
- * or with more pairs of overlapping boxes, than any before it, and in the 64 frames after it had more bodies than ever.
+ * Under a time budget it ends in time as long as the broad phase alone does; under a work
+ * budget, which does not count the broad phase, it gives the same report on any number of
+ * threads. It allocates only as the scene grows: in a frame with more bodies, or with more
+ * pairs of overlapping boxes, than any before it, and in the 64 frames after it had more
+ * bodies than ever.
  */
 punctual_status punctual_scene_detect(struct punctual_scene *scene,
                                       struct punctual_budget budget,
@@ -4060,20 +4226,8 @@ punctual_status punctual_scene_detect(struct punctual_scene *scene,
 punctual_status punctual_scene_report(const struct punctual_scene *scene, struct punctual_report *report);
 
 /**
- * The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is asked for, ascending by
- * index, as
- * far as they are known and listed. As many as `capacity` allows are written to `pairs`, and how many there are to
- * `count`.
- */
-punctual_status punctual_scene_pairs(const struct punctual_scene *scene,
-                                     struct punctual_pair_report *pairs,
-                                     size_t pairs_size,
-                                     size_t capacity,
-                                     size_t *count);
-
-/**
- * What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, `pair` is left
- * alone.
+ * What the last frame found about two bodies, by binary search. `listed` says whether it has
+ * the pair; if not, `pair` is left alone.
  */
 punctual_status punctual_scene_pair(const struct punctual_scene *scene,
                                     struct punctual_body_id x,
@@ -4083,18 +4237,17 @@ punctual_status punctual_scene_pair(const struct punctual_scene *scene,
                                     bool *listed);
 
 /**
- * Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its
- * partners came
- * to its end. Of two such bodies that may meet and are not in `punctual_scene_pairs` together the boxes are apart if
- * `unlisted` of the report is 0.
+ * Whether the last frame knew all bodies that this one may meet: it was placed where it is,
+ * and the search for its partners came to its end. Of two such bodies that may meet and are
+ * not in `punctual_scene_pairs` together the boxes are apart if `unlisted` of the report is 0.
  */
 punctual_status punctual_scene_partners_known(const struct punctual_scene *scene,
                                               struct punctual_body_id id,
                                               bool *known);
 
 /**
- * What the last frame left open about two bodies. Takes time linear in what is open. Fails with BAD_ARGUMENT if both are the
- * same.
+ * What the last frame left open about two bodies. Takes time linear in what is open. Fails
+ * with BAD_ARGUMENT if both are the same.
  */
 punctual_status punctual_scene_certificate(const struct punctual_scene *scene,
                                            struct punctual_body_id x,
@@ -4102,33 +4255,49 @@ punctual_status punctual_scene_certificate(const struct punctual_scene *scene,
                                            struct punctual_pair_certificate *certificate);
 
 /**
- * Thickens a body by a margin, a length. Its pairs are said to meet when they come within the sum of their margins.
+ * The ids of all bodies, by index.
+ * As many as `capacity` allows are written to `ids`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_scene_bodies(const struct punctual_scene *scene,
+                                      struct punctual_body_id *ids,
+                                      size_t capacity,
+                                      size_t *count);
+
+/**
+ * The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is
+ * asked for, ascending by index, as far as they are known and listed.
+ * As many as `capacity` allows are written to `pairs`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_scene_pairs(const struct punctual_scene *scene,
+                                     struct punctual_pair_report *pairs,
+                                     size_t pairs_size,
+                                     size_t capacity,
+                                     size_t *count);
+
+/**
+ * Thickens a body by a margin, a length. Its pairs are said to meet when they come within the
+ * sum of their margins.
  *
  * Fails with BAD_ARGUMENT if the margin is not from 0 to 2^1000.
  */
 punctual_status punctual_scene_set_margin(struct punctual_scene *scene, struct punctual_body_id id, double margin);
 
 /**
- * From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch, go on, and part. Off by default.
+ * From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch,
+ * go on, and part. Off by default.
  */
 punctual_status punctual_scene_track_contacts(struct punctual_scene *scene);
 
 /**
- * The contacts of the last frame, ascending by index: as many as `capacity` allows are written to `contacts`, and how many
- * there are to `count`. None unless they are tracked.
- */
-punctual_status punctual_scene_contacts(const struct punctual_scene *scene,
-                                        struct punctual_body_contact *contacts,
-                                        size_t contacts_size,
-                                        size_t capacity,
-                                        size_t *count);
-
-/**
- * Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters; their
- * margins count. The pair is in the report as well and shares the budget like any other. A frame is done with it when
- * `high - low` is no more than `tolerance`, a length. Asked again, it has another tolerance.
+ * Asks for the distance of two bodies in every frame from now on, wherever they are, if they
+ * may meet by their filters; their margins count. The pair is in the report as well and shares
+ * the budget like any other. A frame is done with it when `high - low` is no more than
+ * `tolerance`, a length. Asked again, it has another tolerance.
  *
- * Fails with BAD_ARGUMENT if both bodies are the same, or the tolerance is not from 0 to 2^1000.
+ * Fails with BAD_ARGUMENT if both bodies are the same, or the tolerance is not from 0 to
+ * 2^1000.
  */
 punctual_status punctual_scene_measure(struct punctual_scene *scene,
                                        struct punctual_body_id x,
@@ -4136,44 +4305,24 @@ punctual_status punctual_scene_measure(struct punctual_scene *scene,
                                        double tolerance);
 
 /**
- * Asks for the distance of two bodies no more. Nothing changes if it was not asked for. Fails with BAD_ARGUMENT if both are the
- * same.
+ * Asks for the distance of two bodies no more. Nothing changes if it was not asked for. Fails
+ * with BAD_ARGUMENT if both are the same.
  */
 punctual_status punctual_scene_stop_measuring(struct punctual_scene *scene,
                                               struct punctual_body_id x,
                                               struct punctual_body_id y);
 
 /**
- * The distances of the last frame that are asked for, ascending by index, whether their pairs had a turn or not: as many as
- * `capacity` allows are written to `distances`, and how many there are to `count`.
- */
-punctual_status punctual_scene_distances(const struct punctual_scene *scene,
-                                         struct punctual_pair_distance *distances,
-                                         size_t distances_size,
-                                         size_t capacity,
-                                         size_t *count);
-
-/**
- * Moves a body to where a motion begins, and says where it goes until the next frame, time 1. It stays so until
- * `punctual_scene_set_pose` or another motion. A pair whose distance is asked for has both: its distance at time 0, and its time
- * of impact.
+ * Moves a body to where a motion begins, and says where it goes until the next frame, time 1.
+ * It stays so until `punctual_scene_set_pose` or another motion. A pair whose distance is
+ * asked for has both: its distance at time 0, and its time of impact.
  *
- * Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it was.
+ * Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it
+ * was.
  */
 punctual_status punctual_scene_set_motion(struct punctual_scene *scene,
                                           struct punctual_body_id id,
                                           struct punctual_motion motion);
-
-/**
- * Until when the pairs of the last frame are free of which one or both bodies have a motion, ascending by index: as many as
- * `capacity` allows are written to `passages`, and how many there are to `count`. Others, if `unplaced`, `unpaired` and
- * `unlisted` of the report are 0, do not meet on their way.
- */
-punctual_status punctual_scene_passages(const struct punctual_scene *scene,
-                                        struct punctual_pair_passage *passages,
-                                        size_t passages_size,
-                                        size_t capacity,
-                                        size_t *count);
 
 /**
  * What `punctual_scene_ray_new` calls: writes as many bytes as the caller's struct has.
@@ -4190,11 +4339,14 @@ PUNCTUAL_INLINE punctual_scene_ray punctual_scene_ray_new(struct punctual_ray ra
 }
 
 /**
- * Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every body is seen at the pose that was
- * set last, whether there was a frame since or not; those that changed since are looked at one by one, so cast rays after
- * `punctual_scene_detect` rather than before it. It allocates only in a scene with more bodies, or for more hits, than any before.
+ * Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every
+ * body is seen at the pose that was set last, whether there was a frame since or not; those
+ * that changed since are looked at one by one, so cast rays after `punctual_scene_detect`
+ * rather than before it. It allocates only in a scene with more bodies, or for more hits, than
+ * any before.
  *
- * Fails with BAD_ARGUMENT if the ray is refused, or has no image in the coordinates of a body's mesh.
+ * Fails with BAD_ARGUMENT if the ray is refused, or has no image in the coordinates of a
+ * body's mesh.
  */
 punctual_status punctual_scene_cast(struct punctual_scene *scene,
                                     const struct punctual_scene_ray *ray,
@@ -4203,8 +4355,46 @@ punctual_status punctual_scene_cast(struct punctual_scene *scene,
                                     struct punctual_scene_ray_cast *cast);
 
 /**
- * The hits of the last cast, if it was for all hits: of one body after the other, in order of discovery. As many as `capacity`
- * allows are written to `hits`, and how many there are to `count`.
+ * The contacts of the last frame, ascending by index. None unless they are tracked.
+ * As many as `capacity` allows are written to `contacts`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_scene_contacts(const struct punctual_scene *scene,
+                                        struct punctual_body_contact *contacts,
+                                        size_t contacts_size,
+                                        size_t capacity,
+                                        size_t *count);
+
+/**
+ * The distances of the last frame that are asked for, ascending by index, whether their pairs
+ * had a turn or not.
+ * As many as `capacity` allows are written to `distances`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_scene_distances(const struct punctual_scene *scene,
+                                         struct punctual_pair_distance *distances,
+                                         size_t distances_size,
+                                         size_t capacity,
+                                         size_t *count);
+
+/**
+ * Until when the pairs of the last frame are free of which one or both bodies have a motion,
+ * ascending by index. Others, if `unplaced`, `unpaired` and `unlisted` of the report are 0, do
+ * not meet on their way.
+ * As many as `capacity` allows are written to `passages`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_scene_passages(const struct punctual_scene *scene,
+                                        struct punctual_pair_passage *passages,
+                                        size_t passages_size,
+                                        size_t capacity,
+                                        size_t *count);
+
+/**
+ * The hits of the last cast, if it was for all hits: of one body after the other, in order of
+ * discovery.
+ * As many as `capacity` allows are written to `hits`,
+ * and how many there are to `count`.
  */
 punctual_status punctual_scene_ray_hits(const struct punctual_scene *scene,
                                         struct punctual_body_hit *hits,
@@ -4212,9 +4402,10 @@ punctual_status punctual_scene_ray_hits(const struct punctual_scene *scene,
                                         size_t *count);
 
 /**
- * Puts bodies into the scene as the parts of one compound, which is at `pose`: the pose of each is its place in the frame of the
- * compound. Parts are bodies like others, but those of one compound never meet. Where a part is, is the product of both poses,
- * rounded; one that is moved by itself goes back into its place with the next pose or motion of the compound.
+ * Puts bodies into the scene as the parts of one compound, which is at `pose`: the pose of
+ * each is its place in the frame of the compound. Parts are bodies like others, but those of
+ * one compound never meet. Where a part is, is the product of both poses, rounded; one that is
+ * moved by itself goes back into its place with the next pose or motion of the compound.
  *
  * Fails as `punctual_scene_insert`; the scene is then as it was.
  */
@@ -4225,9 +4416,10 @@ punctual_status punctual_scene_insert_compound(struct punctual_scene *scene,
                                                uint64_t *compound);
 
 /**
- * The parts of a compound, in the order in which they were given, without those that were removed: as many as `capacity` allows
- * are written to `ids`, and how many there are to `count`. As for all that follows, fails with BAD_ARGUMENT if the compound is not
- * in the scene.
+ * The parts of a compound, in the order in which they were given, without those that were
+ * removed: as many as `capacity` allows are written to `ids`, and how many there are to
+ * `count`. As for all that follows, fails with BAD_ARGUMENT if the compound is not in the
+ * scene.
  */
 punctual_status punctual_scene_parts(const struct punctual_scene *scene,
                                      uint64_t compound,
@@ -4236,7 +4428,8 @@ punctual_status punctual_scene_parts(const struct punctual_scene *scene,
                                      size_t *count);
 
 /**
- * The compound that a body is a part of. `is_part` says whether there is one; if not, `compound` is left alone.
+ * The compound that a body is a part of. `is_part` says whether there is one; if not,
+ * `compound` is left alone.
  */
 punctual_status punctual_scene_compound_of(const struct punctual_scene *scene,
                                            struct punctual_body_id id,
@@ -4255,8 +4448,8 @@ punctual_status punctual_scene_set_compound_pose(struct punctual_scene *scene,
 /**
  * Gives a compound a motion: each of its parts goes with it, about the same axis.
  *
- * Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused, or a part cannot be where it would be at its beginning or end; all
- * then stay where they were.
+ * Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused, or a part cannot be where it
+ * would be at its beginning or end; all then stay where they were.
  */
 punctual_status punctual_scene_set_compound_motion(struct punctual_scene *scene,
                                                    uint64_t compound,
@@ -4268,12 +4461,14 @@ punctual_status punctual_scene_set_compound_motion(struct punctual_scene *scene,
 punctual_status punctual_scene_remove_compound(struct punctual_scene *scene, uint64_t compound);
 
 /**
- * Asks for the least distance between two groups of bodies in every frame from now on; margins count, and pairs that may not
- * meet by their filters do not. No pair is asked about that is farther apart than the closest less the tolerance, a length.
+ * Asks for the least distance between two groups of bodies in every frame from now on; margins
+ * count, and pairs that may not meet by their filters do not. No pair is asked about that is
+ * farther apart than the closest less the tolerance, a length.
  *
  * Both groups may have bodies in common, or be one: a body has no distance from itself.
  *
- * Fails with BAD_ARGUMENT if both are one and the same body, or the tolerance not from 0 to 2^1000.
+ * Fails with BAD_ARGUMENT if both are one and the same body, or the tolerance not from 0 to
+ * 2^1000.
  */
 punctual_status punctual_scene_measure_groups(struct punctual_scene *scene,
                                               const struct punctual_body_id *x,
@@ -4291,18 +4486,9 @@ punctual_status punctual_scene_measure_groups(struct punctual_scene *scene,
 punctual_status punctual_scene_stop_measuring_groups(struct punctual_scene *scene, uint64_t id);
 
 /**
- * The distances of groups of the last frame: as many as `capacity` allows are written to `distances`, and how many there are to
- * `count`.
- */
-punctual_status punctual_scene_group_distances(const struct punctual_scene *scene,
-                                               struct punctual_group_distance *distances,
-                                               size_t distances_size,
-                                               size_t capacity,
-                                               size_t *count);
-
-/**
- * Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, as if filters excluded it. Forgotten with
- * one of its bodies. Fails with BAD_ARGUMENT if both bodies are the same.
+ * Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, as if
+ * filters excluded it. Forgotten with one of its bodies. Fails with BAD_ARGUMENT if both
+ * bodies are the same.
  */
 punctual_status punctual_scene_ignore(struct punctual_scene *scene,
                                       struct punctual_body_id x,
@@ -4310,7 +4496,8 @@ punctual_status punctual_scene_ignore(struct punctual_scene *scene,
                                       bool ignores);
 
 /**
- * Finds where bodies touch from the next frame on, of all pairs that meet: `punctual_scene_contact_points`.
+ * Finds where bodies touch from the next frame on, of all pairs that meet:
+ * `punctual_scene_contact_points`.
  */
 punctual_status punctual_scene_find_contacts(struct punctual_scene *scene);
 
@@ -4322,33 +4509,34 @@ punctual_status punctual_scene_find_contacts_of(struct punctual_scene *scene,
                                                 struct punctual_body_id y);
 
 /**
- * Finds where bodies touch of all pairs of which one is in the groups `groups` and the other in `mask`, by their own filters
- * (`punctual_scene_set_filter`), from the next frame on. Several calls add up; all bits for both are `punctual_scene_find_contacts`.
+ * Finds where bodies touch of all pairs of which one is in the groups `groups` and the other
+ * in `mask`, by their own filters (`punctual_scene_set_filter`), from the next frame on.
+ * Several calls add up; all bits for both are `punctual_scene_find_contacts`.
  */
-punctual_status punctual_scene_find_contacts_between(struct punctual_scene *scene,
-                                                     uint32_t groups,
-                                                     uint32_t mask);
+punctual_status punctual_scene_find_contacts_between(struct punctual_scene *scene, uint32_t groups, uint32_t mask);
 
 /**
- * Ends `punctual_scene_find_contacts_between` of these groups, or, with all bits for both, `punctual_scene_find_contacts`.
- * Nothing changes if there was no such call. Contacts of pairs that are asked for otherwise are found as before.
+ * Ends `punctual_scene_find_contacts_between` of these groups, or, with all bits for both,
+ * `punctual_scene_find_contacts`. Nothing changes if there was no such call. Contacts of pairs
+ * that are asked for otherwise are found as before.
  */
 punctual_status punctual_scene_stop_finding_contacts_between(struct punctual_scene *scene,
                                                              uint32_t groups,
                                                              uint32_t mask);
 
 /**
- * Does not ask for the contacts of two bodies any more, but as one of all pairs or of those between groups. Fails with
- * BAD_ARGUMENT if both are the same.
+ * Does not ask for the contacts of two bodies any more, but as one of all pairs or of those
+ * between groups. Fails with BAD_ARGUMENT if both are the same.
  */
 punctual_status punctual_scene_stop_finding_contacts_of(struct punctual_scene *scene,
                                                         struct punctual_body_id x,
                                                         struct punctual_body_id y);
 
 /**
- * Where two bodies touch, as far as the frames up to the last have found, if that is asked for; no points if they were found
- * apart. As many as `capacity` allows are written to `points`, the deepest manifold first, and what is known of all to `found`.
- * Fails with BAD_ARGUMENT if both bodies are the same.
+ * Where two bodies touch, as far as the frames up to the last have found, if that is asked
+ * for; no points if they were found apart. As many as `capacity` allows are written to
+ * `points`, the deepest manifold first, and what is known of all to `found`. Fails with
+ * BAD_ARGUMENT if both bodies are the same.
  */
 punctual_status punctual_scene_contact_points(const struct punctual_scene *scene,
                                               struct punctual_body_id x,
@@ -4359,18 +4547,19 @@ punctual_status punctual_scene_contact_points(const struct punctual_scene *scene
                                               struct punctual_contact_points *found);
 
 /**
- * Sets how far apart bodies are found out to be whose contacts are asked for and that have none, besides their margins: up to
- * so far, or to four fifths of their distance, `low` of `punctual_contact_points` tells it. 0 by default.
+ * Sets how far apart bodies are found out to be whose contacts are asked for and that have
+ * none, besides their margins: up to so far, or to four fifths of their distance, `low` of
+ * `punctual_contact_points` tells it. 0 by default.
  *
  * Fails with BAD_ARGUMENT if it is not from 0 to 2^1000.
  */
-punctual_status punctual_scene_set_look_ahead(struct punctual_scene *scene,
-                                              double length);
+punctual_status punctual_scene_set_look_ahead(struct punctual_scene *scene, double length);
 
 /**
- * How far a body may move from where it is before it could touch another one where no contact point stands, or sink into it there
- * by more than `sink`; at most `stride`. If all moving bodies move no farther after each frame, and the fixed ones rest, none
- * sinks in deeper there, whatever the budgets. Pairs whose contacts are not asked for do not count.
+ * How far a body may move from where it is before it could touch another one where no contact
+ * point stands, or sink into it there by more than `sink`; at most `stride`. If all moving
+ * bodies move no farther after each frame, and the fixed ones rest, none sinks in deeper
+ * there, whatever the budgets. Pairs whose contacts are not asked for do not count.
  */
 punctual_status punctual_scene_may_move(struct punctual_scene *scene,
                                         struct punctual_body_id id,
@@ -4379,13 +4568,25 @@ punctual_status punctual_scene_may_move(struct punctual_scene *scene,
                                         double *most);
 
 /**
- * Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is asked of; 0 by default.
+ * Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is
+ * asked of; 0 by default.
  *
  * Fails with BAD_ARGUMENT if the question is unknown, or the importance infinite or NaN.
  */
 punctual_status punctual_scene_set_question_importance(struct punctual_scene *scene,
                                                        uint32_t question,
                                                        float importance);
+
+/**
+ * The distances of groups of the last frame.
+ * As many as `capacity` allows are written to `distances`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_scene_group_distances(const struct punctual_scene *scene,
+                                               struct punctual_group_distance *distances,
+                                               size_t distances_size,
+                                               size_t capacity,
+                                               size_t *count);
 
 /**
  * What `punctual_scene_shape_new` calls: writes as many bytes as the caller's struct has.
@@ -4396,7 +4597,8 @@ void punctual_scene_shape_init(struct punctual_scene_shape *shape,
                                struct punctual_motion motion);
 
 /**
- * A shape without a margin, which asks all bodies. `tree` may be null: a point. Checked when it is asked about.
+ * A shape without a margin, which asks all bodies. `tree` may be null: a point. Checked when
+ * it is asked about.
  */
 PUNCTUAL_INLINE punctual_scene_shape punctual_scene_shape_new(const struct punctual_tree *tree,
                                                               struct punctual_motion motion) {
@@ -4406,8 +4608,9 @@ PUNCTUAL_INLINE punctual_scene_shape punctual_scene_shape_new(const struct punct
 }
 
 /**
- * Finds which body a shape meets first on its way, within a budget of its own. `clock` may be null: the clock of the system.
- * Bodies are where they were put last; their own motions do not count. Their margins do.
+ * Finds which body a shape meets first on its way, within a budget of its own. `clock` may be
+ * null: the clock of the system. Bodies are where they were put last; their own motions do not
+ * count. Their margins do.
  *
  * Fails with BAD_POSE or BAD_ARGUMENT if the shape is refused, and with NO_SUCH_BODY.
  */
@@ -4418,8 +4621,8 @@ punctual_status punctual_scene_cast_shape(struct punctual_scene *scene,
                                           struct punctual_shape_cast *cast);
 
 /**
- * Finds the body that is closest to a shape and no farther than `within`, 0 to infinity. Otherwise as
- * `punctual_scene_cast_shape`.
+ * Finds the body that is closest to a shape and no farther than `within`, 0 to infinity.
+ * Otherwise as `punctual_scene_cast_shape`.
  */
 punctual_status punctual_scene_closest(struct punctual_scene *scene,
                                        const struct punctual_scene_shape *shape,
@@ -4429,9 +4632,9 @@ punctual_status punctual_scene_closest(struct punctual_scene *scene,
                                        struct punctual_closest_body *closest);
 
 /**
- * Finds the bodies that a shape meets, MODE_ALL or MODE_ANY of them; of two solids, what is inside meets. As many as there is
- * room for are written to `met` and to `undecided`, by index; how many there are is in `overlap`. Otherwise as
- * `punctual_scene_cast_shape`.
+ * Finds the bodies that a shape meets, MODE_ALL or MODE_ANY of them; of two solids, what is
+ * inside meets. As many as there is room for are written to `met` and to `undecided`, by
+ * index; how many there are is in `overlap`. Otherwise as `punctual_scene_cast_shape`.
  */
 punctual_status punctual_scene_overlap(struct punctual_scene *scene,
                                        const struct punctual_scene_shape *shape,
@@ -4446,10 +4649,11 @@ punctual_status punctual_scene_overlap(struct punctual_scene *scene,
                                        struct punctual_overlap *overlap);
 
 /**
- * Casts `count` rays one after another within one budget, each as `punctual_scene_cast`, and writes their answers to `casts`. How
- * many of them are answered, from the first, is written to `done`; the others are free until 0. With threads of the scene, a
- * batch of more than 64 rays is shared among them, unless work is limited or the clock is the caller's; a budget of work, or
- * none, gives the same bits on any number of them.
+ * Casts `count` rays one after another within one budget, each as `punctual_scene_cast`, and
+ * writes their answers to `casts`. How many of them are answered, from the first, is written
+ * to `done`; the others are free until 0. With threads of the scene, a batch of more than 64
+ * rays is shared among them, unless work is limited or the clock is the caller's; a budget of
+ * work, or none, gives the same bits on any number of them.
  *
  * Fails with BAD_ARGUMENT for the first ray that is refused.
  */
@@ -4475,15 +4679,13 @@ punctual_status punctual_scene_group(struct punctual_scene *scene, const char *n
 punctual_status punctual_scene_set_group(struct punctual_scene *scene, struct punctual_body_id id, uint64_t group);
 
 /**
- * Ignores all pairs of a body of one group and a body of the other from the next frame on, or (`ignores` is false) does no
- * longer; twice the same group: its bodies do not meet each other.
+ * Ignores all pairs of a body of one group and a body of the other from the next frame on, or
+ * (`ignores` is false) does no longer; twice the same group: its bodies do not meet each
+ * other.
  *
  * Fails with BAD_ARGUMENT if the scene has no such group.
  */
-punctual_status punctual_scene_ignore_groups(struct punctual_scene *scene,
-                                             uint64_t x,
-                                             uint64_t y,
-                                             bool ignores);
+punctual_status punctual_scene_ignore_groups(struct punctual_scene *scene, uint64_t x, uint64_t y, bool ignores);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 17. Robots: is a motion free?
@@ -4524,8 +4726,9 @@ typedef uint32_t punctual_robot_verdict;
 #endif // __cplusplus
 
 /**
- * A robot among obstacles, with all that one thread needs to ask about it. Lengths are in metres, angles in radians. A
- * configuration has a number for each joint that moves and follows no other, in the order of the URDF file.
+ * A robot among obstacles, with all that one thread needs to ask about it. Lengths are in metres,
+ * angles in radians. A configuration has a number for each joint that moves and follows no other,
+ * in the order of the URDF file.
  */
 typedef struct punctual_robot punctual_robot;
 
@@ -4556,7 +4759,8 @@ typedef struct punctual_robot_collision {
 } punctual_robot_collision;
 
 /**
- * The least distance of all pairs of shapes: `low <= distance <= high`, in metres, whenever it stopped.
+ * The least distance of all pairs of shapes: `low <= distance <= high`, in metres, whenever it
+ * stopped.
  */
 typedef struct punctual_robot_clearance {
   /**
@@ -4628,10 +4832,11 @@ typedef struct punctual_robot_motion {
 } punctual_robot_motion;
 
 /**
- * Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs of links are not asked; without it,
- * links joined by one moving joint are not. `packages` may be null, or names a folder in which `package://` names are sought,
- * before those above the URDF file. With `solids` other than 0 closed meshes are solids: what is inside them collides. What is not
- * heeded in the files, `punctual_robot_notices` tells.
+ * Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs
+ * of links are not asked; without it, links joined by one moving joint are not. `packages` may
+ * be null, or names a folder in which `package://` names are sought, before those above the
+ * URDF file. With `solids` other than 0 closed meshes are solids: what is inside them
+ * collides. What is not heeded in the files, `punctual_robot_notices` tells.
  *
  * Fails with BAD_FILE; the text names the file, the line, and the link or joint.
  */
@@ -4652,8 +4857,9 @@ void punctual_robot_free(struct punctual_robot *robot);
 punctual_status punctual_robot_joints(const struct punctual_robot *robot, size_t *joints);
 
 /**
- * The name of a shape: that of its link or of the obstacle, as UTF-8 that ends with a zero byte. As much as `capacity` allows is
- * written to `name`; its whole length, without the zero byte, to `length`.
+ * The name of a shape: that of its link or of the obstacle, as UTF-8 that ends with a zero
+ * byte. As much as `capacity` allows is written to `name`; its whole length, without the zero
+ * byte, to `length`.
  *
  * Fails with BAD_ARGUMENT if there is no such shape.
  */
@@ -4664,9 +4870,10 @@ punctual_status punctual_robot_shape_name(const struct punctual_robot *robot,
                                           size_t *length);
 
 /**
- * What the files of a robot say that is not heeded, a line each: pairs of links that the robot does not have, elements that are
- * passed over, open meshes that were to be solids. Empty for most. As much as `capacity` allows is written to `notices`, and ends
- * with a zero byte; its whole length, without the zero byte, to `length`.
+ * What the files of a robot say that is not heeded, a line each: pairs of links that the robot
+ * does not have, elements that are passed over, open meshes that were to be solids. Empty for
+ * most. As much as `capacity` allows is written to `notices`, and ends with a zero byte; its
+ * whole length, without the zero byte, to `length`.
  */
 punctual_status punctual_robot_notices(const struct punctual_robot *robot,
                                        char *notices,
@@ -4674,11 +4881,14 @@ punctual_status punctual_robot_notices(const struct punctual_robot *robot,
                                        size_t *length);
 
 /**
- * Adds an obstacle, which shares the tree: a solid if it was built as one and is closed, else a surface. With `link` null it stands
- * at a pose in the world; otherwise it moves with that link, at a pose in the frame of the link, and is not asked with it, nor, in
- * either case, with the `may_touch_count` links whose names are in `may_touch`. Its number is written to `shape`.
+ * Adds an obstacle, which shares the tree: a solid if it was built as one and is closed, else
+ * a surface. With `link` null it stands at a pose in the world; otherwise it moves with that
+ * link, at a pose in the frame of the link, and is not asked with it, nor, in either case,
+ * with the `may_touch_count` links whose names are in `may_touch`. Its number is written to
+ * `shape`.
  *
- * Fails with BAD_POSE if the pose is off a rotation by more than 1e-6, and with BAD_ARGUMENT if there is no such link.
+ * Fails with BAD_POSE if the pose is off a rotation by more than 1e-6, and with BAD_ARGUMENT
+ * if there is no such link.
  */
 punctual_status punctual_robot_add(struct punctual_robot *robot,
                                    const char *name,
@@ -4704,10 +4914,12 @@ punctual_status punctual_robot_move(struct punctual_robot *robot, uint32_t shape
 punctual_status punctual_robot_remove(struct punctual_robot *robot, uint32_t shape);
 
 /**
- * Whether a configuration of `joints` values collides, within a budget; `clock` may be null: the clock of the system. It does not
- * lock or panic, and allocates nothing but room for more pairs or intervals than ever before.
+ * Whether a configuration of `joints` values collides, within a budget; `clock` may be null:
+ * the clock of the system. It does not lock or panic, and allocates nothing but room for more
+ * pairs or intervals than ever before.
  *
- * Fails with BAD_ARGUMENT if the robot has another number of joint values, or one is not finite.
+ * Fails with BAD_ARGUMENT if the robot has another number of joint values, or one is not
+ * finite.
  */
 punctual_status punctual_robot_collide(struct punctual_robot *robot,
                                        const double *values,
@@ -4717,9 +4929,11 @@ punctual_status punctual_robot_collide(struct punctual_robot *robot,
                                        struct punctual_robot_collision *collision);
 
 /**
- * The least distance of all pairs of shapes at a configuration: bounds that are `tolerance` metres apart, unless the budget ends.
+ * The least distance of all pairs of shapes at a configuration: bounds that are `tolerance`
+ * metres apart, unless the budget ends.
  *
- * Fails as `punctual_robot_collide`, and with BAD_ARGUMENT if the tolerance is negative or not finite.
+ * Fails as `punctual_robot_collide`, and with BAD_ARGUMENT if the tolerance is negative or not
+ * finite.
  */
 punctual_status punctual_robot_measure(struct punctual_robot *robot,
                                        const double *values,
@@ -4730,8 +4944,8 @@ punctual_status punctual_robot_measure(struct punctual_robot *robot,
                                        struct punctual_robot_clearance *clearance);
 
 /**
- * Whether the straight line in joint space between two configurations is free: proven for all of it, not at samples. With
- * `first` other than 0 the first contact is sought, not any.
+ * Whether the straight line in joint space between two configurations is free: proven for all
+ * of it, not at samples. With `first` other than 0 the first contact is sought, not any.
  *
  * Fails as `punctual_robot_collide`.
  */
@@ -4745,10 +4959,11 @@ punctual_status punctual_robot_edge(struct punctual_robot *robot,
                                     struct punctual_robot_motion *motion);
 
 /**
- * Continues the last edge, which its budget has stopped. However it is cut into pieces by work budgets, the answer at the end is
- * that of one uninterrupted call.
+ * Continues the last edge, which its budget has stopped. However it is cut into pieces by work
+ * budgets, the answer at the end is that of one uninterrupted call.
  *
- * Fails with NOT_RESUMABLE if it is done, or another question was asked or an obstacle changed since.
+ * Fails with NOT_RESUMABLE if it is done, or another question was asked or an obstacle changed
+ * since.
  */
 punctual_status punctual_robot_edge_resume(struct punctual_robot *robot,
                                            struct punctual_budget budget,
@@ -4756,8 +4971,9 @@ punctual_status punctual_robot_edge_resume(struct punctual_robot *robot,
                                            struct punctual_robot_motion *motion);
 
 /**
- * For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most for `seconds`. The near future is
- * proven first, so a budget that ends early leaves a shorter `free_until`.
+ * For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most
+ * for `seconds`. The near future is proven first, so a budget that ends early leaves a shorter
+ * `free_until`.
  *
  * Fails as `punctual_robot_collide`.
  */
@@ -4771,8 +4987,8 @@ punctual_status punctual_robot_horizon(struct punctual_robot *robot,
                                        struct punctual_robot_motion *motion);
 
 /**
- * The seconds in which joints with these velocities stop, all in proportion, so that they stay on their straight line, if each can
- * decelerate so much (rad/s^2 or m/s^2).
+ * The seconds in which joints with these velocities stop, all in proportion, so that they stay
+ * on their straight line, if each can decelerate so much (rad/s^2 or m/s^2).
  *
  * Fails with NULL.
  */
@@ -4782,22 +4998,20 @@ punctual_status punctual_robot_braking_time(const double *velocity,
                                             double *seconds);
 
 /**
- * The largest share of the speed (0 to 1) with which a robot that is proven free for `free_until` seconds may go on for `cycle`
- * seconds, and then still stop in time. `braking` is the time in which it stops from the full speed, at a constant deceleration.
+ * The largest share of the speed (0 to 1) with which a robot that is proven free for `free_until`
+ * seconds may go on for `cycle` seconds, and then still stop in time. `braking` is the time in
+ * which it stops from the full speed, at a constant deceleration.
  */
-double punctual_robot_safe_speed(double free_until,
-                                 double cycle,
-                                 double braking);
+double punctual_robot_safe_speed(double free_until, double cycle, double braking);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 18. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts
- * whose
- * queries are stopped, or for a scene, which learns by itself. Plain data: to go on with it another day, store its
- * numbers.
+ * A correction of the probabilities that estimates tell, learned on the caller's own work: one for
+ * each pair of parts whose queries are stopped, or for a scene, which learns by itself. Plain
+ * data: to go on with it another day, store its numbers.
  */
 typedef struct punctual_calibration {
   /**
@@ -4833,9 +5047,8 @@ PUNCTUAL_INLINE punctual_calibration punctual_calibration_default(void) {
 }
 
 /**
- * The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as
- * these, and
- * NaN as .5.
+ * The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1;
+ * what is beyond counts as these, and NaN as .5.
  *
  * Fails with BAD_ARGUMENT if the numbers of the calibration are none that can be learned.
  */
@@ -4844,10 +5057,9 @@ punctual_status punctual_calibration_apply(const struct punctual_calibration *ca
                                            double *corrected);
 
 /**
- * Learns from a moment: the probability that `punctual_query_estimate` told then, before `punctual_calibration_apply`,
- * and whether
- * the surfaces met at that pose: 0 or not 0. What was told as certain, or NaN, teaches nothing. Takes about a
- * microsecond.
+ * Learns from a moment: the probability that `punctual_query_estimate` told then, before
+ * `punctual_calibration_apply`, and whether the surfaces met at that pose: 0 or not 0. What
+ * was told as certain, or NaN, teaches nothing. Takes about a microsecond.
  *
  * Fails as `punctual_calibration_apply`.
  */

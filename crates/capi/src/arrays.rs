@@ -9,8 +9,8 @@ use std::path::Path;
 /// An array to be read, of `count` elements. Null is fine for none.
 ///
 /// # Safety
-/// `pointer` is null or points to `count` elements that nothing writes to as long as the slice lives, and every pattern of
-/// bits is a value of `T`.
+/// `pointer` is null or points to `count` elements that nothing writes to as long as the slice
+/// lives, and every pattern of bits is a value of `T`.
 pub(crate) unsafe fn array<'a, T>(
     pointer: *const T,
     count: usize,
@@ -20,11 +20,13 @@ pub(crate) unsafe fn array<'a, T>(
         return Ok(&[]);
     }
     check(pointer, count, what)?;
-    // SAFETY: not null, aligned and no longer than memory, as checked; the rest is the caller's promise.
+    // SAFETY: not null, aligned and no longer than memory, as checked; the rest is the caller's
+    // promise.
     Ok(unsafe { slice::from_raw_parts(pointer, count) })
 }
 
-/// Whether there is memory for so many things of so many bytes each. Asked before what would end the program without.
+/// Whether there is memory for so many things of so many bytes each. Asked before what would end
+/// the program without.
 pub(crate) fn find_room<const N: usize>(things: [(usize, usize); N]) -> Result<(), Fault> {
     let sum =
         |sum: usize, (count, bytes): (usize, usize)| sum.checked_add(count.checked_mul(bytes)?);
@@ -40,7 +42,8 @@ pub(crate) fn find_room<const N: usize>(things: [(usize, usize); N]) -> Result<(
 /// The path of a file, in UTF-8.
 ///
 /// # Safety
-/// `pointer` is null or points to a text that ends with a zero byte, and that nothing writes to as long as the path lives.
+/// `pointer` is null or points to a text that ends with a zero byte, and that nothing writes to as
+/// long as the path lives.
 pub(crate) unsafe fn path<'a>(
     pointer: *const c_char,
     what: &'static str,
@@ -68,7 +71,8 @@ pub(crate) unsafe fn text<'a>(
 /// An array to be written.
 ///
 /// # Safety
-/// `pointer` is null or points to room for `capacity` elements that nothing else uses as long as the slice lives.
+/// `pointer` is null or points to room for `capacity` elements that nothing else uses as long as
+/// the slice lives.
 pub(crate) unsafe fn room<'a, T>(
     pointer: *mut T,
     capacity: usize,
@@ -85,7 +89,8 @@ pub(crate) unsafe fn room<'a, T>(
 /// Writes as many items as there is room for. How many items there are.
 ///
 /// # Safety
-/// `pointer` is null or points to room for `capacity` elements that nothing else uses during the call.
+/// `pointer` is null or points to room for `capacity` elements that nothing else uses during the
+/// call.
 pub(crate) unsafe fn fill<T>(
     pointer: *mut T,
     capacity: usize,

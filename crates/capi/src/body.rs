@@ -1,24 +1,28 @@
 //! Bodies of a scene.
 
+use crate::handle::get;
 use crate::pose::punctual_pose;
-use crate::sized::{begin, grows};
-use crate::status::{Fault, given, value_of};
+use crate::sized::grows;
+use crate::status::{Fault, value_of};
 use crate::tree::punctual_tree;
+use crate::verbs::inits;
 use ::punctual_scene::{Body, BodyId, BodyKind, Filter};
 use punctual::Pose;
 use std::sync::Arc;
 
-/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.
+/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid
+/// again.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct punctual_body_id {
-    /// A small number that no other body now in the scene has; those of removed bodies are given out again.
+    /// A small number that no other body now in the scene has; those of removed bodies are given
+    /// out again.
     pub index: u32,
     /// Tells bodies of the same index apart.
     pub generation: u32,
-    /// Tells scenes of this process apart; no other scene takes the id for one of its own. It is no part of what the id
-    /// says:
-    /// compare and store `index` and `generation`. 0: every scene takes the id for its own.
+    /// Tells scenes of this process apart; no other scene takes the id for one of its own. It is no
+    /// part of what the id says: compare and store `index` and `generation`. 0: every scene takes
+    /// the id for its own.
     pub scene: u32,
 }
 
@@ -54,13 +58,15 @@ impl From<punctual_body_id> for BodyId {
 pub enum punctual_body_kind {
     /// Meets moving and fixed bodies.
     Moving = 0,
-    /// Part of the surroundings: two fixed bodies are not compared, unless their distance is asked for. It may be given new
-    /// poses all the same: a kinematic body, which moves as the program says and which nothing pushes, is a fixed one with a
-    /// new pose in each frame, or a motion (`punctual_scene_set_motion`) so that nothing slips through it.
+    /// Part of the surroundings: two fixed bodies are not compared, unless their distance is asked
+    /// for. It may be given new poses all the same: a kinematic body, which moves as the program
+    /// says and which nothing pushes, is a fixed one with a new pose in each frame, or a motion
+    /// (`punctual_scene_set_motion`) so that nothing slips through it.
     Fixed = 1,
 }
 
-/// A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of bodies may have the same.
+/// A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of
+/// bodies may have the same.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_body<'t> {
@@ -76,13 +82,15 @@ pub struct punctual_body<'t> {
     pub groups: u32,
     /// The groups it meets, if they meet its own; all by default.
     pub mask: u32,
-    /// How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as the more important of its
-    /// two bodies, and goes before all that are less important.
+    /// How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as
+    /// the more important of its two bodies, and goes before all that are less important.
     pub importance: f32,
-    /// By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
+    /// By how much its surface is thickened, 0 by default: pairs meet when they come within the sum
+    /// of their margins.
     pub margin: f64,
-    /// Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points,
-    /// unless those of a pair are asked for (`punctual_scene_find_contacts_of`).
+    /// Whether it is a sensor, false by default: what meets it or is inside it is told, but its
+    /// pairs have no contact points, unless those of a pair are asked for
+    /// (`punctual_scene_find_contacts_of`).
     pub is_sensor: bool,
     /// Any value of yours, 0 by default; the scene ignores it.
     pub data: u64,
@@ -92,7 +100,7 @@ grows!(punctual_body<'_>: size, pose..data);
 
 impl punctual_body<'_> {
     pub(crate) fn check(self) -> Result<Body, Fault> {
-        let tree = Arc::clone(given(self.tree, "body->tree")?.0.get("body->tree")?);
+        let tree = Arc::clone(get(self.tree, "body->tree")?);
         let pose = self.pose.check()?;
         let body = match value_of(
             self.kind,
@@ -119,13 +127,6 @@ impl From<&Body> for punctual_body<'_> {
             BodyKind::Fixed => punctual_body_kind::Fixed,
         };
         let Filter { groups, mask, .. } = body.filter;
-        let Body {
-            importance,
-            margin,
-            is_sensor,
-            data,
-            ..
-        } = *body;
         Self {
             size: Self::SIZE,
             tree: None,
@@ -133,10 +134,10 @@ impl From<&Body> for punctual_body<'_> {
             kind: kind as u32,
             groups,
             mask,
-            importance,
-            margin,
-            is_sensor,
-            data,
+            importance: body.importance,
+            margin: body.margin,
+            is_sensor: body.is_sensor,
+            data: body.data,
         }
     }
 }
@@ -160,24 +161,9 @@ impl Default for punctual_body<'_> {
     }
 }
 
-/// A moving body that may meet all others. Checked when it is inserted.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_body_init<'t>(
-    body: *mut punctual_body<'t>,
-    size: usize,
-    tree: Option<&'t punctual_tree>,
-    pose: punctual_pose,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe {
-        begin(
-            body,
-            size,
-            punctual_body {
-                tree,
-                pose,
-                ..Default::default()
-            },
-        )
-    }
+inits! {
+    /// A moving body that may meet all others. Checked when it is inserted.
+    punctual_body_init(
+        body: punctual_body<'t>, tree: Option<&'t punctual_tree>, pose: punctual_pose
+    ) { tree, pose }
 }

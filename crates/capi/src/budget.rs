@@ -7,12 +7,12 @@ use punctual::clock::SystemClock;
 use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
 use punctual::{Budget, Clock};
 
-/// The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the
-/// default
-/// poll interval.
+/// The most work of an intersection query between two looks at a work budget, which can be overrun
+/// by no more; the default poll interval.
 pub const PUNCTUAL_MAX_STEP_WORK: u64 = 352;
 
-/// What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts, manifolds and motions.
+/// What PUNCTUAL_MAX_STEP_WORK is for intersection queries, for those of distances, contacts,
+/// manifolds and motions.
 pub const PUNCTUAL_MAX_DISTANCE_STEP_WORK: u64 = 1040;
 
 const _: () = assert!(PUNCTUAL_MAX_STEP_WORK == MAX_STEP_WORK);
@@ -30,7 +30,8 @@ pub enum punctual_budget_kind {
     Work = 2,
 }
 
-/// What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and `punctual_budget_work`.
+/// What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and
+/// `punctual_budget_work`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct punctual_budget {
@@ -38,15 +39,13 @@ pub struct punctual_budget {
     pub limit: u64,
     /// A `punctual_budget_kind`.
     pub kind: u32,
-    /// Least work between looks at the clock, which bounds how late a time budget can end; PUNCTUAL_MAX_STEP_WORK by
-    /// default. A
-    /// frame of a scene goes by the default.
+    /// Least work between looks at the clock, which bounds how late a time budget can end;
+    /// PUNCTUAL_MAX_STEP_WORK by default. A frame of a scene goes by the default.
     pub poll_interval: u64,
 }
 
-/// A clock of the caller's. It is asked during the call that it is passed to, on the same thread. It must not unwind
-/// (throw),
-/// and not use what that call is using.
+/// A clock of the caller's. It is asked during the call that it is passed to, on the same thread.
+/// It must not unwind (throw), and not use what that call is using.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_clock {
@@ -76,9 +75,8 @@ pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
     }
 }
 
-/// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK):
-/// the
-/// same bits on every machine, in every run.
+/// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries:
+/// PUNCTUAL_MAX_DISTANCE_STEP_WORK): the same bits on every machine, in every run.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {
     punctual_budget {
@@ -99,7 +97,8 @@ pub(crate) enum AnyClock {
 
 impl AnyClock {
     /// # Safety
-    /// Until this is dropped, the function of the clock may be called with its context on this thread.
+    /// Until this is dropped, the function of the clock may be called with its context on this
+    /// thread.
     pub unsafe fn new(clock: Option<&punctual_clock>) -> Result<Self, Fault> {
         Ok(match clock {
             None => Self::System(SystemClock::default()),
@@ -115,7 +114,8 @@ impl Clock for AnyClock {
     fn now(&self) -> Duration {
         match self {
             Self::System(clock) => clock.now(),
-            // SAFETY: the promise made to `new`; the context is a raw pointer, so that this is on the same thread.
+            // SAFETY: the promise made to `new`; the context is a raw pointer, so that this is on
+            // the same thread.
             Self::Caller { now, context } => Duration::from_nanos(unsafe { now(*context) }),
         }
     }

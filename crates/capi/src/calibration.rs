@@ -1,15 +1,16 @@
 //! Probabilities that are corrected by what came true.
 
+use crate::handle::{get, set};
 use crate::scene::punctual_scene;
-use crate::sized::{begin, grows, place, read};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::sized::{grows, place, read};
+use crate::status::{Fault, given};
+use crate::verbs::{calls, inits};
 use core::mem::MaybeUninit;
 use punctual::prediction::Calibration;
 
-/// A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts
-/// whose
-/// queries are stopped, or for a scene, which learns by itself. Plain data: to go on with it another day, store its
-/// numbers.
+/// A correction of the probabilities that estimates tell, learned on the caller's own work: one for
+/// each pair of parts whose queries are stopped, or for a scene, which learns by itself. Plain
+/// data: to go on with it another day, store its numbers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_calibration {
@@ -51,91 +52,62 @@ impl punctual_calibration {
     }
 }
 
-/// One that knows nothing and changes nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_calibration_init(
-    calibration: *mut punctual_calibration,
-    size: usize,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe { begin(calibration, size, punctual_calibration::default()) }
+inits! {
+    /// One that knows nothing and changes nothing.
+    punctual_calibration_init(calibration: punctual_calibration) {}
 }
 
-/// The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as
-/// these, and
-/// NaN as .5.
-///
-/// Fails with BAD_ARGUMENT if the numbers of the calibration are none that can be learned.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_calibration_apply(
-    calibration: *const punctual_calibration,
-    probability: f64,
-    corrected: Option<&mut MaybeUninit<f64>>,
-) -> punctual_status {
-    door("punctual_calibration_apply", || {
+calls! {
+    /// The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1;
+    /// what is beyond counts as these, and NaN as .5.
+    ///
+    /// Fails with BAD_ARGUMENT if the numbers of the calibration are none that can be learned.
+    unsafe fn punctual_calibration_apply(
+        calibration: *const punctual_calibration, probability: f64,
+        corrected: Option<&mut MaybeUninit<f64>>
+    ) {
         let corrected = given(corrected, "corrected")?;
         // SAFETY: the contract of the header for structs.
-        corrected.write(
-            unsafe { read(calibration, "calibration") }?
-                .check()?
-                .apply(probability),
-        );
+        corrected.write(unsafe { read(calibration, "calibration") }?.check()?.apply(probability));
         Ok(())
-    })
-}
+    }
 
-/// Learns from a moment: the probability that `punctual_query_estimate` told then, before `punctual_calibration_apply`,
-/// and whether
-/// the surfaces met at that pose: 0 or not 0. What was told as certain, or NaN, teaches nothing. Takes about a
-/// microsecond.
-///
-/// Fails as `punctual_calibration_apply`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_calibration_learn(
-    calibration: *mut punctual_calibration,
-    told: f64,
-    met: u32,
-) -> punctual_status {
-    door("punctual_calibration_learn", || {
+    /// Learns from a moment: the probability that `punctual_query_estimate` told then, before
+    /// `punctual_calibration_apply`, and whether the surfaces met at that pose: 0 or not 0. What
+    /// was told as certain, or NaN, teaches nothing. Takes about a microsecond.
+    ///
+    /// Fails as `punctual_calibration_apply`.
+    unsafe fn punctual_calibration_learn(
+        calibration: *mut punctual_calibration, told: f64, met: u32
+    ) {
         // SAFETY: the contract of the header for structs.
         let (before, after) = unsafe {
-            (
-                read(calibration.cast_const(), "calibration")?,
-                place(calibration, "calibration")?,
-            )
+            (read(calibration.cast_const(), "calibration")?, place(calibration, "calibration")?)
         };
         let mut learned = before.check()?;
         learned.learn(told, met != 0);
         after.write(learned.into());
         Ok(())
-    })
-}
+    }
 
-/// What a scene has learned: the probability of a pair whose query was stopped includes it.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_calibration(
-    scene: Option<&punctual_scene>,
-    calibration: *mut punctual_calibration,
-) -> punctual_status {
-    door("punctual_scene_calibration", || {
-        let scene = punctual_scene::get(scene)?;
+    /// What a scene has learned: the probability of a pair whose query was stopped includes it.
+    unsafe fn punctual_scene_calibration(
+        scene: Option<&punctual_scene>, calibration: *mut punctual_calibration
+    ) {
+        let scene = get(scene, "scene")?;
         // SAFETY: the contract of the header for structs.
         unsafe { place(calibration, "calibration") }?.write(scene.calibration().into());
         Ok(())
-    })
-}
+    }
 
-/// Goes on with what was learned before, by another scene with parts of the same kind, say.
-///
-/// Fails as `punctual_calibration_apply`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_set_calibration(
-    scene: Option<&mut punctual_scene>,
-    calibration: *const punctual_calibration,
-) -> punctual_status {
-    door("punctual_scene_set_calibration", || {
+    /// Goes on with what was learned before, by another scene with parts of the same kind, say.
+    ///
+    /// Fails as `punctual_calibration_apply`.
+    unsafe fn punctual_scene_set_calibration(
+        scene: Option<&mut punctual_scene>, calibration: *const punctual_calibration
+    ) {
         // SAFETY: the contract of the header for structs.
         let calibration = unsafe { read(calibration, "calibration") }?.check()?;
-        punctual_scene::set(scene, |scene| scene.set_calibration(calibration))
-    })
+        set(scene, "scene", |scene| scene.set_calibration(calibration))
+    }
 }

@@ -1,19 +1,15 @@
 //! Distance queries: two trees, a pose and tolerances in; proven bounds and the closest points out.
 
-use crate::arrays::list;
-use crate::budget::{punctual_budget, punctual_clock};
-use crate::estimate::{punctual_remaining, tell};
+use crate::handle::get;
 use crate::memory::{known, punctual_memory};
-use crate::outcome::{
-    punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason,
-};
-use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
-use crate::query::{answer, trees};
-use crate::sized::{begin, grows, place, read};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::outcome::{punctual_quantiles, punctual_stats, punctual_stop_reason};
+use crate::pose::{punctual_point, punctual_pose};
+use crate::query::trees;
+use crate::sized::{grows, place, read};
+use crate::status::Fault;
 use crate::tree::punctual_tree;
+use crate::verbs::{calls, inits, question};
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
-use core::mem::MaybeUninit;
 use punctual::distance::{Bounds, Distance};
 use punctual::{Answer, Pose, Query};
 
@@ -21,8 +17,8 @@ use punctual::{Answer, Pose, Query};
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum punctual_closer {
-    /// Not known: the budget ended first, it was not asked, or the distance is the limit up to the rounding of
-    /// numbers as large as the meshes.
+    /// Not known: the budget ended first, it was not asked, or the distance is the limit up to the
+    /// rounding of numbers as large as the meshes.
     Undecided = 0,
     /// Proven: they are no farther apart.
     Yes = 1,
@@ -30,17 +26,16 @@ pub enum punctual_closer {
     No = 2,
 }
 
-/// The question how far apart two surfaces are: 0 if they meet. Plain data, made by `punctual_distance_query_new`, one for
-/// each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was. Lengths are
-/// in the unit of the meshes.
+/// The question how far apart two surfaces are: 0 if they meet. Plain data, made by
+/// `punctual_distance_query_new`, one for each pose; it borrows the trees. To resume a query or to
+/// ask for its certificate, all of it must be what it was. Lengths are in the unit of the meshes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_distance_query<'t> {
     /// Its size in bytes, as made.
     pub size: u32,
-    /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it is open then
-    /// whether the
-    /// surfaces meet: 0 (the default) or not 0.
+    /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it
+    /// is open then whether the surfaces meet: 0 (the default) or not 0.
     pub leave_contact_open: u32,
     /// Tree A.
     pub a: Option<&'t punctual_tree>,
@@ -48,24 +43,26 @@ pub struct punctual_distance_query<'t> {
     pub b: Option<&'t punctual_tree>,
     /// Brings coordinates of B into those of A.
     pub b_in_a: punctual_pose,
-    /// Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1 by default, as any negative
-    /// number: a millionth of half the longest extent of the larger mesh, roughly. Whether the surfaces meet is decided with
-    /// any tolerance, unless `leave_contact_open`.
+    /// Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1
+    /// by default, as any negative number: a millionth of half the longest extent of the larger
+    /// mesh, roughly. Whether the surfaces meet is decided with any tolerance, unless
+    /// `leave_contact_open`.
     pub absolute_tolerance: f64,
-    /// Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative `absolute_tolerance` that is
-    /// 1e-5 for meshes that are more than 64 times their size apart.
+    /// Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative
+    /// `absolute_tolerance` that is 1e-5 for meshes that are more than 64 times their size apart.
     pub relative_tolerance: f64,
-    /// By how much each surface is thickened, A's first: a point becomes a ball, a segment a capsule. The distance is that of the
-    /// thickened surfaces. 0 by default.
+    /// By how much each surface is thickened, A's first: a point becomes a ball, a segment a
+    /// capsule. The distance is that of the thickened surfaces. 0 by default.
     pub margins: [f64; 2],
-    /// Ask only whether the surfaces are no farther apart than this length: done as soon as that is known, in a fraction of the
-    /// time. Infinity by default: the distance itself is asked for.
+    /// Ask only whether the surfaces are no farther apart than this length: done as soon as that is
+    /// known, in a fraction of the time. Infinity by default: the distance itself is asked for.
     pub closer_than: f64,
 }
 
 grows!(punctual_distance_query<'_>: size, b_in_a..closer_than);
 
-/// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length unit of the meshes.
+/// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length
+/// unit of the meshes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_distance {
@@ -73,7 +70,8 @@ pub struct punctual_distance {
     pub size: u32,
     /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
     pub low: f64,
-    /// Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet; infinite if nothing was found yet.
+    /// Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet;
+    /// infinite if nothing was found yet.
     pub high: f64,
     /// The answer to `closer_than`.
     pub closer: punctual_closer,
@@ -83,9 +81,9 @@ pub struct punctual_distance {
     pub has_nearest: bool,
     /// The closest triangles found.
     pub nearest: punctual_triangle_pair,
-    /// Their closest points, A's first, both in A's frame; moved towards each other by the margins. If the triangles
-    /// meet, both
-    /// are one point, whatever the margins: the middle of the segment in which the triangles do.
+    /// Their closest points, A's first, both in A's frame; moved towards each other by the margins.
+    /// If the triangles meet, both are one point, whatever the margins: the middle of the segment
+    /// in which the triangles do.
     pub points: [punctual_point; 2],
     /// What it has done.
     pub stats: punctual_stats,
@@ -109,130 +107,46 @@ impl Default for punctual_distance_query<'_> {
     }
 }
 
-/// The question how far apart `a` and `b` are, with the default options. Checked when it is run.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_distance_query_init<'t>(
-    query: *mut punctual_distance_query<'t>,
-    size: usize,
-    a: Option<&'t punctual_tree>,
-    b: Option<&'t punctual_tree>,
-    b_in_a: punctual_pose,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe {
-        begin(
-            query,
-            size,
-            punctual_distance_query {
-                a,
-                b,
-                b_in_a,
-                ..Default::default()
-            },
-        )
+inits! {
+    /// The question how far apart `a` and `b` are, with the default options. Checked when it is
+    /// run.
+    punctual_distance_query_init(
+        query: punctual_distance_query<'t>,
+        a: Option<&'t punctual_tree>, b: Option<&'t punctual_tree>, b_in_a: punctual_pose
+    ) { a, b, b_in_a }
+}
+
+question! {
+    punctual_distance_query(punctual_workspace, memory) -> punctual_distance {
+        /// Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may
+        /// be null: what it knows of the frame before makes the answer faster.
+        ///
+        /// Under a time budget it returns at most one poll interval of work late, under a work
+        /// budget at most PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
+        run punctual_distance_query_run;
+
+        /// Its bounds are no worse than before; however it is cut into pieces by work budgets, the
+        /// outcome at the end is that of one uninterrupted run.
+        resume punctual_distance_query_resume;
+
+        /// Where the last run of this query in the workspace may have missed what is closer than
+        /// its `high` by more than the tolerance.
+        certificate punctual_distance_query_certificate;
+
+        /// Two points that are closer than `high` by more than the tolerance have their middle in
+        /// one of them. They reach as far as `high` beyond the surfaces, and are infinite where
+        /// nothing was found yet.
+        open_boxes punctual_distance_query_open_boxes;
+
+        /// A rough guess: nine of ten queries are within a factor of 6.5 of the median.
+        predict punctual_distance_query_predict;
+
+        remaining punctual_distance_query_remaining;
     }
 }
 
-/// Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
-/// before makes the answer faster; `clock` may be null: the clock of the system.
-///
-/// Under a time budget it returns at most one poll interval of work late, under a work budget at most
-/// PUNCTUAL_MAX_DISTANCE_STEP_WORK units later.
-///
-/// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_distance_query_run(
-    query: *const punctual_distance_query<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    memory: Option<&mut punctual_memory>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    outcome: *mut punctual_distance,
-) -> punctual_status {
-    door("punctual_distance_query_run", || {
-        // SAFETY: the contract of the header for structs and clocks.
-        unsafe {
-            let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
-                Ok(query.with_memory(m).run(w, b))
-            })
-        }
-    })
-}
-
-/// Goes on with the stopped run that the workspace holds, with a fresh budget. Its bounds are no worse than before; however it is
-/// cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
-///
-/// Fails as `punctual_distance_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
-/// or is complete.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_distance_query_resume(
-    query: *const punctual_distance_query<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    memory: Option<&mut punctual_memory>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    outcome: *mut punctual_distance,
-) -> punctual_status {
-    door("punctual_distance_query_resume", || {
-        // SAFETY: the contract of the header for structs and clocks.
-        unsafe {
-            let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
-                Ok(query.with_memory(m).resume(w, b)?)
-            })
-        }
-    })
-}
-
-/// Where the last run of this query in the workspace may have missed what is closer than its `high` by more than the tolerance.
-/// Takes time linear in the open pairs; allocates nothing.
-///
-/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_distance_query_certificate(
-    query: *const punctual_distance_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    certificate: *mut punctual_certificate,
-) -> punctual_status {
-    door("punctual_distance_query_certificate", || {
-        // SAFETY: the contract of the header for structs.
-        let query = unsafe { read(query, "query") }?.check()?;
-        // SAFETY: the same.
-        let certificate = unsafe { place(certificate, "certificate") }?;
-        certificate.write(
-            query
-                .certificate(given(workspace, "workspace")?.0.get("workspace")?)?
-                .into(),
-        );
-        Ok(())
-    })
-}
-
-/// Boxes in A's frame, at most one for each open pair: two points that are closer than `high` by more than the tolerance have
-/// their middle in one of them. They reach as far as `high` beyond the surfaces, and are infinite where nothing was found yet.
-/// As many as `capacity` allows are written to `boxes`, and how many there are to `count`.
-///
-/// Fails as `punctual_distance_query_certificate`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_distance_query_open_boxes(
-    query: *const punctual_distance_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    boxes: *mut punctual_aabb,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_distance_query_open_boxes", || {
-        // SAFETY: the contract of the header for structs.
-        let query = unsafe { read(query, "query") }?.check()?;
-        let count = given(count, "count")?;
-        let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
-        // SAFETY: the contract of the header for arrays.
-        unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
-    })
-}
-
-/// What can be said of a stopped distance query. Not proven: only the bounds and the certificate are.
+/// What can be said of a stopped distance query. Not proven: only the bounds and the certificate
+/// are.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_distance_estimate {
@@ -246,42 +160,20 @@ pub struct punctual_distance_estimate {
 
 grows!(punctual_distance_estimate: size, remaining..distance);
 
-/// Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
-/// guess: nine of ten queries are within a factor of 6.5 of the median. Takes constant time and allocates nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_distance_query_predict(
-    query: *const punctual_distance_query<'_>,
-    memory: Option<&punctual_memory>,
-    work: Option<&mut MaybeUninit<punctual_quantiles>>,
-) -> punctual_status {
-    door("punctual_distance_query_predict", || {
-        // SAFETY: the contract of the header for structs.
-        let query = unsafe { read(query, "query") }?.check()?;
-        given(work, "work")?.write(query.predict(known(memory)?).into());
-        Ok(())
-    })
-}
-
-/// What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
-/// Takes constant time and allocates nothing.
-///
-/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_distance_query_estimate(
-    query: *const punctual_distance_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    memory: Option<&punctual_memory>,
-    estimate: *mut punctual_distance_estimate,
-) -> punctual_status {
-    door("punctual_distance_query_estimate", || {
+calls! {
+    /// What the last run of this query in the workspace leaves open, given what is remembered of
+    /// the pair; `memory` may be null. Takes constant time and allocates nothing.
+    ///
+    /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+    unsafe fn punctual_distance_query_estimate(
+        query: *const punctual_distance_query<'_>, workspace: Option<&punctual_workspace>,
+        memory: Option<&punctual_memory>, estimate: *mut punctual_distance_estimate
+    ) {
         // SAFETY: the contract of the header for structs.
         let query = unsafe { read(query, "query") }?.check()?;
         // SAFETY: the same.
         let estimate = unsafe { place(estimate, "estimate") }?;
-        let said = query.estimate(
-            given(workspace, "workspace")?.0.get("workspace")?,
-            known(memory)?,
-        )?;
+        let said = query.estimate(get(workspace, "workspace")?, known(memory)?)?;
         let (remaining, distance) = (said.remaining.into(), said.distance.into());
         estimate.write(punctual_distance_estimate {
             size: punctual_distance_estimate::SIZE,
@@ -289,32 +181,7 @@ pub unsafe extern "C" fn punctual_distance_query_estimate(
             distance,
         });
         Ok(())
-    })
-}
-
-/// What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be
-/// null, and learns from it when the query has ended.
-/// Takes less than a microsecond and allocates nothing.
-///
-/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_distance_query_remaining(
-    query: *const punctual_distance_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    memory: Option<&punctual_memory>,
-    remaining: *mut punctual_remaining,
-) -> punctual_status {
-    door("punctual_distance_query_remaining", || {
-        // SAFETY: the contract of the header for structs.
-        unsafe {
-            tell(
-                &read(query, "query")?.check()?,
-                workspace,
-                memory,
-                remaining,
-            )
-        }
-    })
+    }
 }
 
 impl<'t> punctual_distance_query<'t> {

@@ -1,10 +1,12 @@
 //! What a query will cost, and what a stopped one leaves open: quantiles, a probability, a recall.
 
+use crate::handle::get;
 use crate::memory::{known, punctual_memory};
 use crate::outcome::punctual_quantiles;
 use crate::query::punctual_query;
 use crate::sized::{grows, place, read};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::{Fault, given};
+use crate::verbs::calls;
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
 use punctual::Query;
@@ -21,7 +23,8 @@ pub struct punctual_prediction {
     pub triangle_tests: punctual_quantiles,
     /// Units of work.
     pub work: punctual_quantiles,
-    /// Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those of the machine of the authors.
+    /// Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those
+    /// of the machine of the authors.
     pub time: punctual_quantiles,
 }
 
@@ -46,7 +49,8 @@ pub struct punctual_estimate {
     pub remaining: punctual_prediction,
     /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
     pub probability: f64,
-    /// Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as soon as it is decided.
+    /// Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as
+    /// soon as it is decided.
     pub recall: f64,
 }
 
@@ -60,7 +64,8 @@ pub struct punctual_remaining {
     pub size: u32,
     /// Units of work.
     pub work: punctual_quantiles,
-    /// Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the costs of the workspace.
+    /// Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the costs
+    /// of the workspace.
     pub time: punctual_quantiles,
     /// Probability that the surfaces meet; NaN for questions other than `punctual_query`.
     pub probability: f64,
@@ -83,7 +88,7 @@ where
 {
     // SAFETY: the caller's promise.
     let remaining = unsafe { place(remaining, "remaining") }?;
-    let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+    let workspace = get(workspace, "workspace")?;
     let left = query.remaining(workspace, known(memory)?)?;
     remaining.write(punctual_remaining {
         size: punctual_remaining::SIZE,
@@ -94,65 +99,35 @@ where
     Ok(())
 }
 
-/// What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be null, and
-/// learns from it when the query has ended. docs/c.md states the cost. Allocates nothing.
-///
-/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_remaining(
-    query: *const punctual_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    memory: Option<&punctual_memory>,
-    remaining: *mut punctual_remaining,
-) -> punctual_status {
-    door("punctual_query_remaining", || {
-        // SAFETY: the contract of the header for structs.
-        unsafe {
-            tell(
-                &read(query, "query")?.check()?,
-                workspace,
-                memory,
-                remaining,
-            )
-        }
-    })
-}
-
-/// What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
-/// microsecond and allocates nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_predict(
-    query: *const punctual_query<'_>,
-    memory: Option<&punctual_memory>,
-    prediction: Option<&mut MaybeUninit<punctual_prediction>>,
-) -> punctual_status {
-    door("punctual_query_predict", || {
+calls! {
+    /// What this query will take, if nothing stops it, given what is remembered of the pair;
+    /// `memory` may be null. Takes about a microsecond and allocates nothing.
+    unsafe fn punctual_query_predict(
+        query: *const punctual_query<'_>, memory: Option<&punctual_memory>,
+        prediction: Option<&mut MaybeUninit<punctual_prediction>>
+    ) {
         // SAFETY: the contract of the header for structs.
         let query = unsafe { read(query, "query") }?.check()?;
         let predicted = query.predict(known(memory)?);
         let costs = CostModel::default();
         given(prediction, "prediction")?.write(punctual_prediction::new(predicted, &costs));
         Ok(())
-    })
-}
+    }
 
-/// What the last run of this query in the workspace leaves open, given what is remembered of the pair; `memory` may be null.
-/// Costs as much as `punctual_query_remaining`. Allocates nothing.
-///
-/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_estimate(
-    query: *const punctual_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    memory: Option<&punctual_memory>,
-    estimate: *mut punctual_estimate,
-) -> punctual_status {
-    door("punctual_query_estimate", || {
+    /// What the last run of this query in the workspace leaves open, given what is remembered of
+    /// the pair; `memory` may be null. Costs as much as `punctual_query_remaining`. Allocates
+    /// nothing.
+    ///
+    /// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
+    unsafe fn punctual_query_estimate(
+        query: *const punctual_query<'_>, workspace: Option<&punctual_workspace>,
+        memory: Option<&punctual_memory>, estimate: *mut punctual_estimate
+    ) {
         // SAFETY: the contract of the header for structs.
         let query = unsafe { read(query, "query") }?.check()?;
         // SAFETY: the same.
         let estimate = unsafe { place(estimate, "estimate") }?;
-        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
+        let workspace = get(workspace, "workspace")?;
         let said = query.estimate(workspace, known(memory)?)?;
         let remaining = punctual_prediction::new(said.remaining, &workspace.cost_model());
         let size = punctual_estimate::SIZE;
@@ -163,5 +138,5 @@ pub unsafe extern "C" fn punctual_query_estimate(
             recall: said.recall,
         });
         Ok(())
-    })
+    }
 }

@@ -1,7 +1,12 @@
 //! What an opaque pointer points to.
 
 use crate::status::{Fault, given};
+use ::punctual_depenetrate::PenetrationWorkspace;
+use ::punctual_robot::Checker;
+use ::punctual_scene::Scene;
 use core::mem::{MaybeUninit, replace};
+use punctual::{PairMemory, Tree, Workspace};
+use std::sync::Arc;
 
 /// A value that is poisoned when a panic interrupts a change.
 #[derive(Debug)]
@@ -40,14 +45,65 @@ impl<T> Handle<T> {
         self.poisoned = false;
         result
     }
+}
 
-    /// Changes the value in a way that cannot fail.
-    pub fn set(&mut self, what: &'static str, change: impl FnOnce(&mut T)) -> Result<(), Fault> {
-        self.change(what, |value| {
-            change(value);
-            Ok(())
-        })
-    }
+/// What a handle of the interface holds: one is a tuple whose first field is a [`Handle`].
+pub(crate) trait Holds {
+    type Value;
+    fn handle(&self) -> &Handle<Self::Value>;
+    fn handle_mut(&mut self) -> &mut Handle<Self::Value>;
+}
+
+macro_rules! holds {
+    ($($handle:ident: $value:ty),*) => {$(
+        impl Holds for crate::$handle {
+            type Value = $value;
+            fn handle(&self) -> &Handle<$value> {
+                &self.0
+            }
+            fn handle_mut(&mut self) -> &mut Handle<$value> {
+                &mut self.0
+            }
+        }
+    )*};
+}
+
+holds!(
+    punctual_tree: Arc<Tree>,
+    punctual_workspace: Workspace,
+    punctual_penetration_workspace: PenetrationWorkspace,
+    punctual_memory: PairMemory,
+    punctual_scene: Scene,
+    punctual_robot: Checker
+);
+
+/// The value of a handle, if there is one and it is sound.
+pub(crate) fn get<'h, H: Holds>(
+    handle: Option<&'h H>,
+    what: &'static str,
+) -> Result<&'h H::Value, Fault> {
+    given(handle, what)?.handle().get(what)
+}
+
+/// [`Handle::change`] of a handle, if there is one.
+pub(crate) fn change<H: Holds, R>(
+    handle: Option<&mut H>,
+    what: &'static str,
+    change: impl FnOnce(&mut H::Value) -> Result<R, Fault>,
+) -> Result<R, Fault> {
+    given(handle, what)?.handle_mut().change(what, change)
+}
+
+/// [`change`] that cannot fail.
+pub(crate) fn set<H: Holds>(
+    handle: Option<&mut H>,
+    what: &'static str,
+    set: impl FnOnce(&mut H::Value),
+) -> Result<(), Fault> {
+    change(handle, what, |value| {
+        set(value);
+        Ok(())
+    })
 }
 
 /// Makes a value and hands it over, if there is a place for it.

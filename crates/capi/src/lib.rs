@@ -1,18 +1,20 @@
-//! The C interface: opaque handles, plain structs, a status from every call that can fail. No logic of its own.
+//! The C interface: opaque handles, plain structs, a status from every call that can fail. No logic
+//! of its own.
 //!
-//! `include/punctual.h` is generated from these files, and their comments are its comments; `docs/c.md` is the guide.
-//! Pointers come in as `Option<&T>`, `Option<&mut T>` and `Option<Box<T>>`, which have the layout of a pointer that may be
-//! null, so that only arrays, texts, the caller's clock, and structs that may be shorter than here (`sized`) need code
-//! that the
-//! compiler cannot check. `status::door` stands in
-//! each call that does any work: no panic leaves it, every fault becomes a status and a text.
+//! `include/punctual.h` is generated from these files behind their macros, and their comments are
+//! its comments; `docs/c.md` is the guide. `verbs` has what the functions of all questions are made
+//! of. Pointers come in as `Option<&T>`, `Option<&mut T>` and
+//! `Option<Box<T>>`, which have the layout of a pointer that may be null, so that only arrays,
+//! texts, the caller's clock, and structs that may be shorter than here (`sized`) need code that
+//! the compiler cannot check. `status::door` stands in each call that does any work: no panic
+//! leaves it, every fault becomes a status and a text.
 //!
 //! # Safety
-//! The functions that take arrays, texts, a clock or structs that begin with their size are `unsafe`. Such a struct is
-//! null or
-//! has as many bytes as it says. An array is null with a length of 0, or has as
-//! many elements as its length says, which nothing else writes to during the call; a text ends with a zero byte. The
-//! function of a clock may be called with its context as long as the call lasts, on the same thread, and does not unwind.
+//! The functions that take arrays, texts, a clock or structs that begin with their size are
+//! `unsafe`. Such a struct is null or has as many bytes as it says. An array is null with a length
+//! of 0, or has as many elements as its length says, which nothing else writes to during the call;
+//! a text ends with a zero byte. The function of a clock may be called with its context as long as
+//! the call lasts, on the same thread, and does not unwind.
 
 #![deny(missing_docs)]
 #![allow(non_camel_case_types, reason = "the names of the header")]
@@ -50,6 +52,7 @@ mod sized;
 mod status;
 mod tree;
 mod triangles;
+mod verbs;
 mod workspace;
 
 pub use body::*;

@@ -1,22 +1,20 @@
 //! Contact manifolds: two solids and a pose in; what a solver needs of them out.
 
-use crate::budget::{punctual_budget, punctual_clock};
 use crate::distance::not_negative;
-use crate::estimate::{punctual_remaining, tell};
-use crate::memory::punctual_memory;
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::pose::{punctual_point, punctual_pose};
-use crate::query::{answer, trees};
-use crate::sized::{begin, grows, read, rows};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::query::trees;
+use crate::sized::grows;
+use crate::status::Fault;
 use crate::tree::punctual_tree;
+use crate::verbs::{inits, lists, question};
 use crate::workspace::punctual_workspace;
-use core::mem::MaybeUninit;
 use punctual::contacts::{Manifold, ManifoldBounds, ManifoldPoint, Manifolds};
 use punctual::{Answer, Pose, Query};
 
-/// The question for the contact manifolds of two solids: triangles are counterclockwise seen from outside. Plain data, made by
-/// `punctual_manifold_query_init`, one for each pose; it borrows the trees. To resume a query, all of it must be what it was.
+/// The question for the contact manifolds of two solids: triangles are counterclockwise seen from
+/// outside. Plain data, made by `punctual_manifold_query_init`, one for each pose; it borrows the
+/// trees. To resume a query, all of it must be what it was.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_manifold_query<'t> {
@@ -28,13 +26,15 @@ pub struct punctual_manifold_query<'t> {
     pub b: Option<&'t punctual_tree>,
     /// Brings coordinates of B into those of A.
     pub b_in_a: punctual_pose,
-    /// Solids apart have points of contact up to this distance, in the unit of the meshes; 0 by default: overlaps alone.
+    /// Solids apart have points of contact up to this distance, in the unit of the meshes; 0 by
+    /// default: overlaps alone.
     pub skin: f64,
 }
 
 grows!(punctual_manifold_query<'_>: size, b_in_a..skin);
 
-/// The answer of a query for manifolds. Their points stay in the workspace: `punctual_workspace_manifold_points`.
+/// The answer of a query for manifolds. Their points stay in the workspace:
+/// `punctual_workspace_manifold_points`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_manifolds {
@@ -42,8 +42,8 @@ pub struct punctual_manifolds {
     pub size: u32,
     /// Whether the surfaces are known to intersect.
     pub meets: bool,
-    /// Proven: every contact that is missing is at least this far apart; 0 while overlaps may be missing. Infinite if the query
-    /// is finished.
+    /// Proven: every contact that is missing is at least this far apart; 0 while overlaps may be
+    /// missing. Infinite if the query is finished.
     pub low: f64,
     /// Pairs of triangles within the skin that were reduced, resumed calls included.
     pub found: u64,
@@ -94,138 +94,30 @@ impl Default for punctual_manifold_query<'_> {
     }
 }
 
-/// The question for the manifolds of `a` and `b`, without a skin. Checked when it is run.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_manifold_query_init<'t>(
-    query: *mut punctual_manifold_query<'t>,
-    size: usize,
-    a: Option<&'t punctual_tree>,
-    b: Option<&'t punctual_tree>,
-    b_in_a: punctual_pose,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe {
-        begin(
-            query,
-            size,
-            punctual_manifold_query {
-                a,
-                b,
-                b_in_a,
-                ..Default::default()
-            },
-        )
+inits! {
+    /// The question for the manifolds of `a` and `b`, without a skin. Checked when it is run.
+    punctual_manifold_query_init(
+        query: punctual_manifold_query<'t>,
+        a: Option<&'t punctual_tree>, b: Option<&'t punctual_tree>, b_in_a: punctual_pose
+    ) { a, b, b_in_a }
+}
+
+question! {
+    punctual_manifold_query(punctual_workspace, memory) -> punctual_manifolds {
+        /// Runs a query for manifolds within a budget. It keeps its buffers in the workspace, so it
+        /// allocates only where a query is larger than those before. It does not lock or panic.
+        /// `memory` may be null: it keeps the ids from frame to frame.
+        ///
+        /// If more pairs intersect than `punctual_workspace_reserve_contacts` has made room for,
+        /// 4,096 by default, it stops with PAIRS_FULL; make room and resume it.
+        run punctual_manifold_query_run;
+
+        /// However it is cut into pieces by work budgets, the manifolds at the end are those of one
+        /// uninterrupted run.
+        resume punctual_manifold_query_resume;
+
+        remaining punctual_manifold_query_remaining;
     }
-}
-
-/// Runs a query for manifolds within a budget. It keeps its buffers in the workspace, so it allocates only where a query is larger
-/// than those before. It does not lock or panic. `memory` may be null: it keeps the ids from frame to frame; `clock` may be null:
-/// the clock of the system.
-///
-/// If more pairs intersect than `punctual_workspace_reserve_contacts` has made room for, 4,096 by default, it stops with
-/// PAIRS_FULL; make room and resume it.
-///
-/// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_manifold_query_run(
-    query: *const punctual_manifold_query<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    memory: Option<&mut punctual_memory>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    manifolds: *mut punctual_manifolds,
-) -> punctual_status {
-    door("punctual_manifold_query_run", || {
-        // SAFETY: the contract of the header for structs and clocks.
-        unsafe {
-            let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, manifolds, |w, m, b| {
-                Ok(query.with_memory(m).run(w, b))
-            })
-        }
-    })
-}
-
-/// Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets, the
-/// manifolds at the end are those of one uninterrupted run.
-///
-/// Fails as `punctual_manifold_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
-/// or is complete.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_manifold_query_resume(
-    query: *const punctual_manifold_query<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    memory: Option<&mut punctual_memory>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    manifolds: *mut punctual_manifolds,
-) -> punctual_status {
-    door("punctual_manifold_query_resume", || {
-        // SAFETY: the contract of the header for structs and clocks.
-        unsafe {
-            let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, manifolds, |w, m, b| {
-                Ok(query.with_memory(m).resume(w, b)?)
-            })
-        }
-    })
-}
-
-/// What the last run of this query in the workspace has still to do, given what is remembered of the pair; `memory` may be
-/// null, and learns from it when the query has ended.
-/// Takes less than a microsecond and allocates nothing.
-///
-/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_manifold_query_remaining(
-    query: *const punctual_manifold_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    memory: Option<&punctual_memory>,
-    remaining: *mut punctual_remaining,
-) -> punctual_status {
-    door("punctual_manifold_query_remaining", || {
-        // SAFETY: the contract of the header for structs.
-        unsafe {
-            tell(
-                &read(query, "query")?.check()?,
-                workspace,
-                memory,
-                remaining,
-            )
-        }
-    })
-}
-
-/// The points of the manifolds that the last query found, if it was one for manifolds: those of the deepest first. As many as
-/// `capacity` allows are written to `points`, and how many there are to `count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_workspace_manifold_points(
-    workspace: Option<&punctual_workspace>,
-    points: *mut punctual_manifold_point,
-    points_size: usize,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_workspace_manifold_points", || {
-        let manifolds = given(workspace, "workspace")?
-            .0
-            .get("workspace")?
-            .manifolds();
-        let found = manifolds
-            .iter()
-            .flat_map(|manifold| manifold.points().iter().map(move |point| (manifold, point)));
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            rows(
-                points,
-                points_size,
-                capacity,
-                "points",
-                given(count, "count")?,
-                found,
-            )
-        }
-    })
 }
 
 impl<'t> punctual_manifold_query<'t> {
@@ -263,4 +155,14 @@ impl From<(&Manifold, &ManifoldPoint)> for punctual_manifold_point {
             centroid: manifold.centroid.into(),
         }
     }
+}
+
+lists! {
+    /// The points of the manifolds that the last query found, if it was one for manifolds: those of
+    /// the deepest first.
+    rows punctual_workspace_manifold_points(workspace: punctual_workspace)
+        -> points: punctual_manifold_point, points_size =
+            workspace.manifolds().iter().flat_map(|manifold| {
+                manifold.points().iter().map(move |point| (manifold, point))
+            });
 }

@@ -1,15 +1,17 @@
 //! What one frame tells the next about a pair.
 
-use crate::handle::{Handle, put};
+use crate::handle::{Handle, get, put};
 use crate::pose::punctual_pose;
 use crate::sized::{grows, place};
-use crate::status::{Fault, door, free, given, punctual_status};
+use crate::status::{Fault, free, given};
 use crate::tree::punctual_tree;
+use crate::verbs::calls;
 use core::mem::MaybeUninit;
 use punctual::PairMemory;
 
-/// Memory of one pair of trees between frames. It changes the speed of an answer, never the answer; handed to another pair of
-/// trees, it forgets everything; refitted trees it takes for the same. One thread at a time may use it.
+/// Memory of one pair of trees between frames. It changes the speed of an answer, never the answer;
+/// handed to another pair of trees, it forgets everything; refitted trees it takes for the same.
+/// One thread at a time may use it.
 #[derive(Debug)]
 pub struct punctual_memory(pub(crate) Handle<PairMemory>);
 
@@ -25,7 +27,8 @@ pub struct punctual_memory_facts {
     pub frames_undecided: u32,
     /// BV tests of the last query that ran to its end; -1 if none did.
     pub last_bv_tests: i64,
-    /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about the last 20.
+    /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about
+    /// the last 20.
     pub change_rate: f64,
 }
 
@@ -35,16 +38,11 @@ pub(crate) fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemo
     memory.map(|memory| memory.0.get("memory")).transpose()
 }
 
-/// Makes a memory that knows nothing, of about 1 kB.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_memory_new(
-    memory: Option<&mut MaybeUninit<Option<Box<punctual_memory>>>>,
-) -> punctual_status {
-    door("punctual_memory_new", || {
-        put(memory, || {
-            Ok(punctual_memory(Handle::new(PairMemory::new())))
-        })
-    })
+calls! {
+    /// Makes a memory that knows nothing, of about 1 kB.
+    fn punctual_memory_new(memory: Option<&mut MaybeUninit<Option<Box<punctual_memory>>>>) {
+        put(memory, || Ok(punctual_memory(Handle::new(PairMemory::new()))))
+    }
 }
 
 /// Frees a memory; null is fine.
@@ -53,47 +51,40 @@ pub extern "C" fn punctual_memory_free(memory: Option<Box<punctual_memory>>) {
     free(memory);
 }
 
-/// Tells what is remembered.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_memory_describe(
-    memory: Option<&punctual_memory>,
-    facts: *mut punctual_memory_facts,
-) -> punctual_status {
-    door("punctual_memory_describe", || {
-        let memory = given(memory, "memory")?.0.get("memory")?;
+calls! {
+    /// Tells what is remembered.
+    unsafe fn punctual_memory_describe(
+        memory: Option<&punctual_memory>, facts: *mut punctual_memory_facts
+    ) {
+        let memory = get(memory, "memory")?;
         // SAFETY: the contract of the header for structs.
         let facts = unsafe { place(facts, "facts") }?;
         facts.write(punctual_memory_facts {
             size: punctual_memory_facts::SIZE,
             last_verdict: memory.last_verdict().map_or(-1, i32::from),
             frames_undecided: memory.frames_undecided(),
-            last_bv_tests: memory
-                .last_bv_tests()
+            last_bv_tests: memory.last_bv_tests()
                 .map_or(-1, |tests| tests.min(i64::MAX as u64) as i64),
             change_rate: memory.change_rate(),
         });
         Ok(())
-    })
-}
+    }
 
-/// Proven: how far apart the surfaces are at least at this pose, in the unit of the meshes, as far as distance queries with this
-/// memory have shown it of these trees: what they proved, less the longest way of a point of B since then. 0 if nothing is known.
-/// Costs some 50 operations. While it is more than 0, a `punctual_query` with this memory answers VERDICT_SEPARATED at once.
-///
-/// Fails with NULL, BAD_POSE or POISONED.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_memory_clearance(
-    memory: Option<&punctual_memory>,
-    a: Option<&punctual_tree>,
-    b: Option<&punctual_tree>,
-    b_in_a: punctual_pose,
-    clearance: Option<&mut MaybeUninit<f64>>,
-) -> punctual_status {
-    door("punctual_memory_clearance", || {
-        let memory = given(memory, "memory")?.0.get("memory")?;
-        let (a, b) = (given(a, "a")?.0.get("a")?, given(b, "b")?.0.get("b")?);
+    /// Proven: how far apart the surfaces are at least at this pose, in the unit of the meshes, as
+    /// far as distance queries with this memory have shown it of these trees: what they proved,
+    /// less the longest way of a point of B since then. 0 if nothing is known. Costs some 50
+    /// operations. While it is more than 0, a `punctual_query` with this memory answers
+    /// VERDICT_SEPARATED at once.
+    ///
+    /// Fails with NULL, BAD_POSE or POISONED.
+    fn punctual_memory_clearance(
+        memory: Option<&punctual_memory>, a: Option<&punctual_tree>, b: Option<&punctual_tree>,
+        b_in_a: punctual_pose, clearance: Option<&mut MaybeUninit<f64>>
+    ) {
+        let memory = get(memory, "memory")?;
+        let (a, b) = (get(a, "a")?, get(b, "b")?);
         let clearance = given(clearance, "clearance")?;
         clearance.write(memory.clearance(a, b, &b_in_a.check()?));
         Ok(())
-    })
+    }
 }

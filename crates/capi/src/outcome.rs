@@ -15,16 +15,17 @@ pub enum punctual_verdict {
     Undecided = 0,
     /// Proven: the witness triangles share a point.
     Intersecting = 1,
-    /// Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
+    /// Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes
+    /// within them.
     Separated = 2,
-    /// Proven: the witness triangles are no farther apart than the margins of both bodies together. Said only of bodies
-    /// of a
-    /// scene of which one has a margin. Whether some triangles share a point is not said.
+    /// Proven: the witness triangles are no farther apart than the margins of both bodies together.
+    /// Said only of bodies of a scene of which one has a margin. Whether some triangles share a
+    /// point is not said.
     Within = 3,
-    /// Proven: the surfaces do not meet, but one body is inside the other: A if the first number of the witness is 0, B
-    /// if it is 1. Said only of two solids of which the outer one is closed. Of bodies of a scene with a margin, a
-    /// measured distance or a motion, it says only that a vertex of this body is inside the other: their surfaces may
-    /// meet, too.
+    /// Proven: the surfaces do not meet, but one body is inside the other: A if the first number of
+    /// the witness is 0, B if it is 1. Said only of two solids of which the outer one is closed. Of
+    /// bodies of a scene with a margin, a measured distance or a motion, it says only that a vertex
+    /// of this body is inside the other: their surfaces may meet, too.
     Contained = 4,
 }
 
@@ -42,8 +43,9 @@ pub enum punctual_stop_reason {
     WorkLimit = 3,
     /// The pair buffer was full. Drain it and resume.
     PairsFull = 4,
-    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
-    /// about 2^-960, that this could make an answer false. Clear the setting and resume.
+    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the
+    /// pose are so small, below about 2^-960, that this could make an answer false. Clear the
+    /// setting and resume.
     FlushedToZero = 5,
     /// The call was cancelled. No clock of this interface does that.
     Cancelled = 6,
@@ -61,7 +63,8 @@ pub struct punctual_stats {
     pub exact_tests: u64,
     /// Units of work; one is about 0.3 ns.
     pub work: u64,
-    /// Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    /// Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under
+    /// a time budget.
     pub elapsed: i64,
     /// Most node pairs that waited in the queue at once.
     pub queue_peak: u32,
@@ -77,7 +80,8 @@ pub struct punctual_certificate {
     pub open_pairs: usize,
     /// No more triangle pairs than this intersect (or are closer), those found included.
     pub upper_bound: u64,
-    /// Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
+    /// Every missed intersection lies in a box with no edge longer than this, in the length unit of
+    /// the meshes.
     pub largest_extent: f64,
 }
 
@@ -143,7 +147,8 @@ impl From<StopReason> for punctual_stop_reason {
             StopReason::PairsFull => Self::PairsFull,
             StopReason::FlushedToZero => Self::FlushedToZero,
             StopReason::Cancelled => Self::Cancelled,
-            // A reason that is added without a number here may be taken for one that is not final either.
+            // A reason that is added without a number here may be taken for one that is not final
+            // either.
             _ => Self::WorkLimit,
         }
     }
@@ -151,23 +156,13 @@ impl From<StopReason> for punctual_stop_reason {
 
 impl From<Stats> for punctual_stats {
     fn from(stats: Stats) -> Self {
-        let Stats {
-            bv_tests,
-            primitive_tests,
-            exact_tests,
-            work,
-            queue_peak,
-            elapsed,
-            ..
-        } = stats;
-        let elapsed = nanoseconds(elapsed);
         Self {
-            bv_tests,
-            primitive_tests,
-            exact_tests,
-            work,
-            elapsed,
-            queue_peak,
+            bv_tests: stats.bv_tests,
+            primitive_tests: stats.primitive_tests,
+            exact_tests: stats.exact_tests,
+            work: stats.work,
+            elapsed: nanoseconds(stats.elapsed),
+            queue_peak: stats.queue_peak,
         }
     }
 }

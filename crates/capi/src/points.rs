@@ -3,12 +3,14 @@
 use crate::arrays::{array, find_room, room};
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::estimate::{punctual_remaining, tell};
+use crate::handle::get;
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_point;
 use crate::query::answer;
 use crate::sized::grows;
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::Fault;
 use crate::tree::punctual_tree;
+use crate::verbs::calls;
 use crate::workspace::punctual_workspace;
 use punctual::Query;
 use punctual::points::{AtPoints, PointBounds};
@@ -17,7 +19,8 @@ use punctual::points::{AtPoints, PointBounds};
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum punctual_inside {
-    /// Not known: the budget ended first, or the winding number of an open solid is 1/2 to its error.
+    /// Not known: the budget ended first, or the winding number of an open solid is 1/2 to its
+    /// error.
     Undecided = 0,
     /// It is.
     Yes = 1,
@@ -39,13 +42,13 @@ impl From<Option<bool>> for punctual_inside {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_point_bounds {
-    /// How often the surface winds around the point: a whole number, exactly, if the solid is closed. On the surface that of
-    /// the points just beside it. NaN if it is not known.
+    /// How often the surface winds around the point: a whole number, exactly, if the solid is
+    /// closed. On the surface that of the points just beside it. NaN if it is not known.
     pub winding: f64,
     /// Bound of its error: 0 for closed solids, infinite if it is not known.
     pub error: f64,
-    /// The signed distance, negative inside, is within `low` and `high`, if it was asked for; else both are 0, and they are
-    /// infinite for an empty mesh.
+    /// The signed distance, negative inside, is within `low` and `high`, if it was asked for; else
+    /// both are 0, and they are infinite for an empty mesh.
     pub low: f64,
     /// See `low`.
     pub high: f64,
@@ -53,7 +56,8 @@ pub struct punctual_point_bounds {
     pub nearest: punctual_point,
     /// The triangle that has it, id of the input mesh; PUNCTUAL_NO_TRIANGLE without one.
     pub triangle: u32,
-    /// Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on the surface.
+    /// Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on the
+    /// surface.
     pub inside: punctual_inside,
     /// 1 if the point is on the surface, exactly; else 0.
     pub is_on_surface: u32,
@@ -77,87 +81,59 @@ pub struct punctual_points_outcome {
 
 grows!(punctual_points_outcome: size, done..stats);
 
-/// Asks about `count` points, in the frame of the tree's mesh, one after the other within one budget, and writes what is known of
-/// those that are done to `bounds`, which has room for all. `measures`: 0 for winding numbers only, else distances too. The first
-/// call for so many points in a workspace makes room for them, about 100 bytes each. It does not lock or panic. `clock` may be
-/// null: the clock of the system.
-///
-/// Fails with NULL, BAD_ARGUMENT if the tree was not built as a solid or for a point that is not finite, which it names,
-/// OUT_OF_MEMORY or POISONED before it has begun.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_points_run(
-    tree: Option<&punctual_tree>,
-    points: *const punctual_point,
-    count: usize,
-    measures: u32,
-    workspace: Option<&mut punctual_workspace>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    bounds: *mut punctual_point_bounds,
-    outcome: *mut punctual_points_outcome,
-) -> punctual_status {
-    let asked = Asked {
-        tree,
-        points,
-        count,
-        measures: measures != 0,
-        resumes: false,
-    };
-    door("punctual_points_run", || {
+calls! {
+    /// Asks about `count` points, in the frame of the tree's mesh, one after the other within one
+    /// budget, and writes what is known of those that are done to `bounds`, which has room for all.
+    /// `measures`: 0 for winding numbers only, else distances too. The first call for so many
+    /// points in a workspace makes room for them, about 100 bytes each. It does not lock or panic.
+    /// `clock` may be null: the clock of the system.
+    ///
+    /// Fails with NULL, BAD_ARGUMENT if the tree was not built as a solid or for a point that is
+    /// not finite, which it names, OUT_OF_MEMORY or POISONED before it has begun.
+    unsafe fn punctual_points_run(
+        tree: Option<&punctual_tree>, points: *const punctual_point, count: usize, measures: u32,
+        workspace: Option<&mut punctual_workspace>, budget: punctual_budget,
+        clock: Option<&punctual_clock>, bounds: *mut punctual_point_bounds,
+        outcome: *mut punctual_points_outcome
+    ) {
+        let asked = Asked { tree, points, count, measures: measures != 0, resumes: false };
         // SAFETY: the contract of the header for arrays and clocks.
         unsafe { asked.spend(workspace, budget, clock, bounds, outcome) }
-    })
-}
+    }
 
-/// Goes on with the stopped run that the workspace holds, with a fresh budget; the points must be what they were. What is known of
-/// all points that are done is written, those of earlier calls again.
-///
-/// Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was not of these points or is complete.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_points_resume(
-    tree: Option<&punctual_tree>,
-    points: *const punctual_point,
-    count: usize,
-    measures: u32,
-    workspace: Option<&mut punctual_workspace>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    bounds: *mut punctual_point_bounds,
-    outcome: *mut punctual_points_outcome,
-) -> punctual_status {
-    let asked = Asked {
-        tree,
-        points,
-        count,
-        measures: measures != 0,
-        resumes: true,
-    };
-    door("punctual_points_resume", || {
+    /// Goes on with the stopped run that the workspace holds, with a fresh budget; the points must
+    /// be what they were. What is known of all points that are done is written, those of earlier
+    /// calls again.
+    ///
+    /// Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was
+    /// not of these points or is complete.
+    unsafe fn punctual_points_resume(
+        tree: Option<&punctual_tree>, points: *const punctual_point, count: usize, measures: u32,
+        workspace: Option<&mut punctual_workspace>, budget: punctual_budget,
+        clock: Option<&punctual_clock>, bounds: *mut punctual_point_bounds,
+        outcome: *mut punctual_points_outcome
+    ) {
+        let asked = Asked { tree, points, count, measures: measures != 0, resumes: true };
         // SAFETY: the contract of the header for arrays and clocks.
         unsafe { asked.spend(workspace, budget, clock, bounds, outcome) }
-    })
-}
+    }
 
-/// What the last run about these points in the workspace has still to do. Takes time linear in the points, which it checks.
-///
-/// Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was not of these points.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_points_remaining(
-    tree: Option<&punctual_tree>,
-    points: *const punctual_point,
-    count: usize,
-    measures: u32,
-    workspace: Option<&punctual_workspace>,
-    remaining: *mut punctual_remaining,
-) -> punctual_status {
-    door("punctual_points_remaining", || {
+    /// What the last run about these points in the workspace has still to do. Takes time linear in
+    /// the points, which it checks.
+    ///
+    /// Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was
+    /// not of these points.
+    unsafe fn punctual_points_remaining(
+        tree: Option<&punctual_tree>, points: *const punctual_point, count: usize, measures: u32,
+        workspace: Option<&punctual_workspace>, remaining: *mut punctual_remaining
+    ) {
         // SAFETY: the contract of the header for structs and arrays; a point is three numbers.
         unsafe {
             let points = array(points.cast::<[f64; 3]>(), count, "points")?;
             let query = query(tree, points, measures != 0)?;
             tell(&query, workspace, None, remaining)
         }
-    })
+    }
 }
 
 fn query<'t>(
@@ -165,7 +141,7 @@ fn query<'t>(
     points: &'t [[f64; 3]],
     measures: bool,
 ) -> Result<Query<'t, AtPoints<'t>>, Fault> {
-    let tree = given(tree, "tree")?.0.get("tree")?;
+    let tree = get(tree, "tree")?;
     Ok(if measures {
         Query::signed_distances(tree, points)?
     } else {

@@ -1,6 +1,7 @@
 //! Points, boxes and poses.
 
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::{Fault, given};
+use crate::verbs::calls;
 use core::mem::MaybeUninit;
 use punctual::Pose;
 use punctual::glam::{DQuat, DVec3};
@@ -46,14 +47,17 @@ impl From<punctual::Aabb> for punctual_aabb {
     }
 }
 
-/// A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps coordinates of B to those of A:
-/// `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double, rounded after each operation.
+/// A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps
+/// coordinates of B to those of A: `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double,
+/// rounded after each operation.
 ///
-/// It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror) and then used as it is.
+/// It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror) and
+/// then used as it is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_pose {
-    /// Row by row; `m[3]`, `m[7]` and `m[11]` are the translation, in the length unit of the meshes.
+    /// Row by row; `m[3]`, `m[7]` and `m[11]` are the translation, in the length unit of the
+    /// meshes.
     pub m: [f64; 12],
 }
 
@@ -77,51 +81,33 @@ pub extern "C" fn punctual_pose_identity() -> punctual_pose {
     (&Pose::IDENTITY).into()
 }
 
-/// A pose from a quaternion, which is normalised first, and a translation.
-///
-/// Fails with BAD_POSE if the quaternion is zero or a number is not finite.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_pose_from_quaternion(
-    x: f64,
-    y: f64,
-    z: f64,
-    w: f64,
-    translation: punctual_point,
-    pose: Option<&mut MaybeUninit<punctual_pose>>,
-) -> punctual_status {
-    door("punctual_pose_from_quaternion", || {
+calls! {
+    /// A pose from a quaternion, which is normalised first, and a translation.
+    ///
+    /// Fails with BAD_POSE if the quaternion is zero or a number is not finite.
+    fn punctual_pose_from_quaternion(
+        x: f64, y: f64, z: f64, w: f64, translation: punctual_point,
+        pose: Option<&mut MaybeUninit<punctual_pose>>
+    ) {
         let translation = DVec3::new(translation.x, translation.y, translation.z);
-        write(pose, || {
-            Ok(Pose::from_quat(DQuat::from_xyzw(x, y, z, w), translation)?)
-        })
-    })
-}
+        write(pose, || Ok(Pose::from_quat(DQuat::from_xyzw(x, y, z, w), translation)?))
+    }
 
-/// `outer` after `inner`, rounded: of `b_in_a` and `c_in_b`, `c_in_a`.
-///
-/// Fails with BAD_POSE if one of them or the result is no pose.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_pose_compose(
-    outer: punctual_pose,
-    inner: punctual_pose,
-    pose: Option<&mut MaybeUninit<punctual_pose>>,
-) -> punctual_status {
-    door("punctual_pose_compose", || {
+    /// `outer` after `inner`, rounded: of `b_in_a` and `c_in_b`, `c_in_a`.
+    ///
+    /// Fails with BAD_POSE if one of them or the result is no pose.
+    fn punctual_pose_compose(
+        outer: punctual_pose, inner: punctual_pose, pose: Option<&mut MaybeUninit<punctual_pose>>
+    ) {
         write(pose, || Ok(outer.check()?.compose(&inner.check()?)?))
-    })
-}
+    }
 
-/// The inverse map, rounded: of `b_in_a`, `a_in_b`.
-///
-/// Fails with BAD_POSE if it or the result is no pose.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_pose_inverse(
-    of: punctual_pose,
-    pose: Option<&mut MaybeUninit<punctual_pose>>,
-) -> punctual_status {
-    door("punctual_pose_inverse", || {
+    /// The inverse map, rounded: of `b_in_a`, `a_in_b`.
+    ///
+    /// Fails with BAD_POSE if it or the result is no pose.
+    fn punctual_pose_inverse(of: punctual_pose, pose: Option<&mut MaybeUninit<punctual_pose>>) {
         write(pose, || Ok(of.check()?.inverse()?))
-    })
+    }
 }
 
 fn write(

@@ -1,21 +1,19 @@
 //! Queries: budget, clock and options in; an outcome or a certificate out.
 
-use crate::arrays::list;
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::handle::{Holds, change, get};
 use crate::memory::punctual_memory;
-use crate::outcome::{
-    punctual_certificate, punctual_stats, punctual_stop_reason, punctual_verdict, verdict,
-};
-use crate::pose::{punctual_aabb, punctual_pose};
-use crate::sized::{Sized32, begin, grows, place, read};
-use crate::status::{Fault, door, given, punctual_status, value_of};
+use crate::outcome::{punctual_stats, punctual_stop_reason, punctual_verdict, verdict};
+use crate::pose::punctual_pose;
+use crate::sized::{Sized32, grows, place};
+use crate::status::{Fault, value_of};
 use crate::tree::punctual_tree;
+use crate::verbs::{inits, question};
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
-use core::mem::MaybeUninit;
 use punctual::clock::ClockedBudget;
 use punctual::intersection::{Intersection, Order};
 use punctual::prediction::DEFAULT_PRIOR;
-use punctual::{Answer, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace};
+use punctual::{Answer, Mode, PairMemory, Pose, Query, Tree, Verdict};
 
 /// What a query looks for.
 #[repr(u32)]
@@ -27,11 +25,13 @@ pub enum punctual_mode {
     All = 1,
 }
 
-/// Which node pair is visited next. All orders give the same finished answer; they differ in what is known when a budget ends.
+/// Which node pair is visited next. All orders give the same finished answer; they differ in what
+/// is known when a budget ends.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum punctual_order {
-    /// Deepest relative penetration of the boxes first; the default, and best at finding intersections early.
+    /// Deepest relative penetration of the boxes first; the default, and best at finding
+    /// intersections early.
     Penetration = 0,
     /// Lowest product of the two alphas first.
     LowAlpha = 1,
@@ -39,8 +39,9 @@ pub enum punctual_order {
     DepthFirst = 2,
 }
 
-/// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
-/// borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+/// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`,
+/// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of
+/// it must be what it was.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_query<'t> {
@@ -56,10 +57,12 @@ pub struct punctual_query<'t> {
     pub mode: u32,
     /// A `punctual_order`; ORDER_PENETRATION by default.
     pub order: u32,
-    /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
+    /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it
+    /// is full.
     pub pair_limit: usize,
-    /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
-    /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
+    /// The share of poses with an intersection among those that are asked about, 0 to 1, which
+    /// shifts the probability of `punctual_query_estimate`; by default that of the poses for which
+    /// the model was fitted.
     pub prior: f64,
 }
 
@@ -100,150 +103,60 @@ impl Default for punctual_query<'_> {
     }
 }
 
-/// The question whether `a` and `b` intersect, with the default options. Checked when it is run.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_init<'t>(
-    query: *mut punctual_query<'t>,
-    size: usize,
-    a: Option<&'t punctual_tree>,
-    b: Option<&'t punctual_tree>,
-    b_in_a: punctual_pose,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe {
-        begin(
-            query,
-            size,
-            punctual_query {
-                a,
-                b,
-                b_in_a,
-                ..Default::default()
-            },
-        )
+inits! {
+    /// The question whether `a` and `b` intersect, with the default options. Checked when it is
+    /// run.
+    punctual_query_init(
+        query: punctual_query<'t>,
+        a: Option<&'t punctual_tree>, b: Option<&'t punctual_tree>, b_in_a: punctual_pose
+    ) { a, b, b_in_a }
+}
+
+question! {
+    punctual_query(punctual_workspace, memory) -> punctual_outcome {
+        /// Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null.
+        ///
+        /// Under a time budget it returns at most one poll interval of work late, under a work
+        /// budget at most PUNCTUAL_MAX_STEP_WORK units later. What it finds stays in the workspace.
+        run punctual_query_run;
+
+        /// However it is cut into pieces by work budgets, the outcome at the end is that of one
+        /// uninterrupted run.
+        resume punctual_query_resume;
+
+        /// What the last run of this query in the workspace left open.
+        certificate punctual_query_certificate;
+
+        /// Every missed intersection has all its points in one of them.
+        open_boxes punctual_query_open_boxes;
+
+        remaining punctual_query_remaining;
     }
-}
-
-/// Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null; `clock` may be null: the clock of
-/// the system.
-///
-/// Under a time budget it returns at most one poll interval of work late, under a work budget at most
-/// PUNCTUAL_MAX_STEP_WORK units later. What it finds stays in the workspace.
-///
-/// Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_run(
-    query: *const punctual_query<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    memory: Option<&mut punctual_memory>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    outcome: *mut punctual_outcome,
-) -> punctual_status {
-    door("punctual_query_run", || {
-        // SAFETY: the contract of the header for structs and clocks.
-        unsafe {
-            let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
-                Ok(query.with_memory(m).run(w, b))
-            })
-        }
-    })
-}
-
-/// Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets,
-/// the outcome at the end is that of one uninterrupted run.
-///
-/// Fails as `punctual_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
-/// complete.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_resume(
-    query: *const punctual_query<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    memory: Option<&mut punctual_memory>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    outcome: *mut punctual_outcome,
-) -> punctual_status {
-    door("punctual_query_resume", || {
-        // SAFETY: the contract of the header for structs and clocks.
-        unsafe {
-            let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
-                Ok(query.with_memory(m).resume(w, b)?)
-            })
-        }
-    })
-}
-
-/// What the last run of this query in the workspace left open. Takes time linear in the open pairs; allocates nothing.
-///
-/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_certificate(
-    query: *const punctual_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    certificate: *mut punctual_certificate,
-) -> punctual_status {
-    door("punctual_query_certificate", || {
-        // SAFETY: the contract of the header for structs.
-        let query = unsafe { read(query, "query") }?.check()?;
-        // SAFETY: the same.
-        let certificate = unsafe { place(certificate, "certificate") }?;
-        let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
-        certificate.write(open.into());
-        Ok(())
-    })
-}
-
-/// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. As many
-/// as `capacity` allows are written to `boxes`, and how many there are to `count`.
-///
-/// Fails as `punctual_query_certificate`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_open_boxes(
-    query: *const punctual_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    boxes: *mut punctual_aabb,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_query_open_boxes", || {
-        // SAFETY: the contract of the header for structs.
-        let query = unsafe { read(query, "query") }?.check()?;
-        let count = given(count, "count")?;
-        let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
-        // SAFETY: the contract of the header for arrays.
-        unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
-    })
 }
 
 /// Hands what a caller passed to `run`, which runs or resumes a query, and the answer back.
 ///
 /// # Safety
 /// That of [`AnyClock::new`] and of [`place`].
-pub(crate) unsafe fn answer<Found, Written: Sized32 + From<Found>>(
-    workspace: Option<&mut punctual_workspace>,
+pub(crate) unsafe fn answer<H: Holds, Found, Written: Sized32 + From<Found>>(
+    workspace: Option<&mut H>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
     outcome: *mut Written,
-    run: impl FnOnce(&mut Workspace, Option<&mut PairMemory>, ClockedBudget<'_>) -> Result<Found, Fault>,
+    run: impl FnOnce(&mut H::Value, Option<&mut PairMemory>, ClockedBudget<'_>) -> Result<Found, Fault>,
 ) -> Result<(), Fault> {
     let budget = budget.check()?;
     // SAFETY: the caller's promise.
     let (clock, outcome) = unsafe { (AnyClock::new(clock)?, place(outcome, "outcome")?) };
     let budget = budget.clock(&clock);
-    let answer =
-        given(workspace, "workspace")?
-            .0
-            .change("workspace", |workspace| match memory {
-                Some(memory) => memory
-                    .0
-                    .change("memory", |memory| run(workspace, Some(memory), budget)),
-                None => run(workspace, None, budget),
-            })?;
-    outcome.write(answer.into());
+    let found = change(workspace, "workspace", |workspace| match memory {
+        Some(memory) => change(Some(memory), "memory", |memory| {
+            run(workspace, Some(memory), budget)
+        }),
+        None => run(workspace, None, budget),
+    })?;
+    outcome.write(found.into());
     Ok(())
 }
 
@@ -252,10 +165,7 @@ pub(crate) fn trees<'t>(
     a: Option<&'t punctual_tree>,
     b: Option<&'t punctual_tree>,
 ) -> Result<[&'t Tree; 2], Fault> {
-    Ok([
-        given(a, "query->a")?.0.get("query->a")?,
-        given(b, "query->b")?.0.get("query->b")?,
-    ])
+    Ok([get(a, "query->a")?, get(b, "query->b")?])
 }
 
 impl<'t> punctual_query<'t> {

@@ -1,17 +1,19 @@
 //! Ray queries: a tree and a ray, or many, in; triangles and parameters out.
 
-use crate::arrays::{array, find_room, list, room};
+use crate::arrays::{array, find_room, room};
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::estimate::{punctual_remaining, tell};
+use crate::handle::{change, get, set};
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::points::punctual_inside;
 use crate::pose::punctual_point;
 use crate::query::answer;
-use crate::sized::{begin, grows, read};
-use crate::status::{Fault, door, given, punctual_status, value_of};
+use crate::sized::{grows, read};
+use crate::status::{Fault, given, value_of};
 use crate::tree::punctual_tree;
+use crate::verbs::{calls, inits, lists, question};
 use crate::workspace::punctual_workspace;
-use core::mem::{MaybeUninit, take};
+use core::mem::take;
 use core::ptr::null;
 use punctual::glam::DVec3;
 use punctual::rays::{RayBounds, RayCast, RayHit, RayMode, Side};
@@ -44,8 +46,9 @@ pub enum punctual_side {
     Edge = 2,
 }
 
-/// A half-line from an origin in a direction of any length, or a segment between two points, in the frame of the mesh. Plain
-/// data, made by `punctual_ray_new` or `punctual_ray_segment`; checked wherever it is used, and then used as it is.
+/// A half-line from an origin in a direction of any length, or a segment between two points, in the
+/// frame of the mesh. Plain data, made by `punctual_ray_new` or `punctual_ray_segment`; checked
+/// wherever it is used, and then used as it is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_ray {
@@ -55,7 +58,8 @@ pub struct punctual_ray {
     pub target: punctual_point,
     /// Hits before this parameter are left out. 0 by default.
     pub t_min: f64,
-    /// Hits after this parameter are left out. Infinity by default. To end exactly at a point, take a segment.
+    /// Hits after this parameter are left out. Infinity by default. To end exactly at a point, take
+    /// a segment.
     pub t_max: f64,
     /// 0: a half-line; else a segment, of which `t` goes from 0 to 1.
     pub is_segment: u32,
@@ -69,17 +73,17 @@ pub struct punctual_ray_hit {
     pub triangle: u32,
     /// The side that the ray comes from; SIDE_FRONT without a hit.
     pub side: punctual_side,
-    /// The least parameter of a common point, which is `origin + t direction`, of a segment `origin + t (end - origin)`. Off by
-    /// at most 1e-11 of the largest coordinate of the triangle seen from the origin, over the largest component of the
-    /// direction. Infinite without a hit.
+    /// The least parameter of a common point, which is `origin + t direction`, of a segment
+    /// `origin + t (end - origin)`. Off by at most 1e-11 of the largest coordinate of the triangle
+    /// seen from the origin, over the largest component of the direction. Infinite without a hit.
     pub t: f64,
 }
 
-/// The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it borrows the tree. To resume a
-/// query all of it must be what it was.
+/// The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it
+/// borrows the tree. To resume a query all of it must be what it was.
 ///
-/// A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed triangles, edges
-/// and corners included.
+/// A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are
+/// given: closed triangles, edges and corners included.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_ray_query<'t> {
@@ -97,7 +101,8 @@ pub struct punctual_ray_query<'t> {
 
 grows!(punctual_ray_query<'_>: size, ray..solid);
 
-/// The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
+/// The answer of a ray query, wherever it stopped. All hits stay in the workspace:
+/// `punctual_workspace_ray_hits`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_ray_cast {
@@ -105,25 +110,27 @@ pub struct punctual_ray_cast {
     pub size: u32,
     /// The nearest hit of those found; for RAY_MODE_ANY the one found.
     pub hit: punctual_ray_hit,
-    /// Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were compared.
+    /// Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were
+    /// compared.
     pub found: u64,
-    /// Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST never after the hit that was
-    /// found. Infinite if there is none.
+    /// Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST
+    /// never after the hit that was found. Infinite if there is none.
     pub free_until: f64,
     /// Why the query returned.
     pub stop: punctual_stop_reason,
     /// What it has done.
     pub stats: punctual_stats,
-    /// A `punctual_inside`: whether the ray starts inside the solid or on its surface; INSIDE_UNDECIDED if that was not asked,
-    /// the tree was not built as a solid, or the budget ended first.
+    /// A `punctual_inside`: whether the ray starts inside the solid or on its surface;
+    /// INSIDE_UNDECIDED if that was not asked, the tree was not built as a solid, or the budget
+    /// ended first.
     pub starts_inside: u64,
 }
 
 grows!(punctual_ray_cast: size, hit..starts_inside);
 
-/// The question what each of many rays hits, answered one after the other within one budget, in less time than a query for each.
-/// Plain data, made by `punctual_ray_batch_new`; it borrows the tree and the rays. To resume it all of it, and the rays, must be
-/// what they were.
+/// The question what each of many rays hits, answered one after the other within one budget, in
+/// less time than a query for each. Plain data, made by `punctual_ray_batch_new`; it borrows the
+/// tree and the rays. To resume it all of it, and the rays, must be what they were.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_ray_batch<'t> {
@@ -195,151 +202,50 @@ impl Default for punctual_ray_query<'_> {
     }
 }
 
-/// The question for the nearest hit of a ray. Checked when it is run.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_query_init<'t>(
-    query: *mut punctual_ray_query<'t>,
-    size: usize,
-    tree: Option<&'t punctual_tree>,
-    ray: punctual_ray,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe {
-        begin(
-            query,
-            size,
-            punctual_ray_query {
-                tree,
-                ray,
-                ..Default::default()
-            },
-        )
+inits! {
+    /// The question for the nearest hit of a ray. Checked when it is run.
+    punctual_ray_query_init(
+        query: punctual_ray_query<'t>, tree: Option<&'t punctual_tree>, ray: punctual_ray
+    ) { tree, ray }
+}
+
+question! {
+    punctual_ray_query(punctual_workspace) -> punctual_ray_cast {
+        /// Runs a ray query within a budget. The first one for all hits in a workspace makes room
+        /// for 4,096 hits, unless `punctual_workspace_reserve_ray_hits` has made some; nothing else
+        /// allocates. It does not lock or panic.
+        ///
+        /// Under a time budget it returns at most one poll interval of work late, under a work
+        /// budget at most PUNCTUAL_MAX_STEP_WORK units later.
+        run punctual_ray_query_run;
+
+        /// After PAIRS_FULL drain the hits or make room first. However it is cut into pieces by
+        /// work budgets, the outcome at the end is that of one uninterrupted run.
+        resume punctual_ray_query_resume;
+
+        remaining punctual_ray_query_remaining;
     }
 }
 
-/// Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
-/// `punctual_workspace_reserve_ray_hits` has made some; nothing else allocates. It does not lock or panic. `clock` may be null:
-/// the clock of the system.
-///
-/// Under a time budget it returns at most one poll interval of work late, under a work budget at most
-/// PUNCTUAL_MAX_STEP_WORK units later.
-///
-/// Fails with NULL, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_query_run(
-    query: *const punctual_ray_query<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    cast: *mut punctual_ray_cast,
-) -> punctual_status {
-    door("punctual_ray_query_run", || {
-        // SAFETY: the contract of the header for structs and clocks.
-        unsafe {
-            let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, cast, |w, _, b| {
-                Ok(query.run(w, b))
-            })
-        }
-    })
-}
+calls! {
+    /// Forgets the hits, so that a query that stopped with PAIRS_FULL can be resumed. Copy them
+    /// first.
+    fn punctual_workspace_drain_ray_hits(workspace: Option<&mut punctual_workspace>) {
+        set(workspace, "workspace", |workspace| drop(workspace.drain_ray_hits()))
+    }
 
-/// Goes on with the stopped run that the workspace holds, with a fresh budget; after PAIRS_FULL drain the hits or make room first.
-/// However it is cut into pieces by work budgets, the outcome at the end is that of one uninterrupted run.
-///
-/// Fails as `punctual_ray_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query or is
-/// complete.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_query_resume(
-    query: *const punctual_ray_query<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    cast: *mut punctual_ray_cast,
-) -> punctual_status {
-    door("punctual_ray_query_resume", || {
-        // SAFETY: the contract of the header for structs and clocks.
-        unsafe {
-            let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, cast, |w, _, b| {
-                Ok(query.resume(w, b)?)
-            })
-        }
-    })
-}
-
-/// What the last run of this query in the workspace has still to do.
-/// Takes less than a microsecond and allocates nothing.
-///
-/// Fails with NOT_RESUMABLE if the last run in this workspace was not of this very query.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_query_remaining(
-    query: *const punctual_ray_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    remaining: *mut punctual_remaining,
-) -> punctual_status {
-    door("punctual_ray_query_remaining", || {
-        // SAFETY: the contract of the header for structs.
-        unsafe { tell(&read(query, "query")?.check()?, workspace, None, remaining) }
-    })
-}
-
-/// The hits that the last query found, if it was a ray query for all hits, without those drained: in order of discovery, which is
-/// nearly that of `t`. As many as `capacity` allows are written to `hits`, and how many there are to `count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_workspace_ray_hits(
-    workspace: Option<&punctual_workspace>,
-    hits: *mut punctual_ray_hit,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_workspace_ray_hits", || {
-        let found = given(workspace, "workspace")?
-            .0
-            .get("workspace")?
-            .ray_hits();
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            list(
-                hits,
-                capacity,
-                "hits",
-                given(count, "count")?,
-                found.iter().map(|&hit| Some(hit)),
-            )
-        }
-    })
-}
-
-/// Forgets the hits, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_workspace_drain_ray_hits(
-    workspace: Option<&mut punctual_workspace>,
-) -> punctual_status {
-    door("punctual_workspace_drain_ray_hits", || {
-        given(workspace, "workspace")?
-            .0
-            .set("workspace", |workspace| drop(workspace.drain_ray_hits()))
-    })
-}
-
-/// Makes room for at least so many hits, 24 bytes each.
-///
-/// Fails with OUT_OF_MEMORY if there is not that much.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_workspace_reserve_ray_hits(
-    workspace: Option<&mut punctual_workspace>,
-    hits: usize,
-) -> punctual_status {
-    door("punctual_workspace_reserve_ray_hits", || {
-        given(workspace, "workspace")?
-            .0
-            .change("workspace", |workspace| {
-                find_room([(hits, size_of::<RayHit>())])?;
-                workspace.reserve_ray_hits(hits);
-                Ok(())
-            })
-    })
+    /// Makes room for at least so many hits, 24 bytes each.
+    ///
+    /// Fails with OUT_OF_MEMORY if there is not that much.
+    fn punctual_workspace_reserve_ray_hits(
+        workspace: Option<&mut punctual_workspace>, hits: usize
+    ) {
+        change(workspace, "workspace", |workspace| {
+            find_room([(hits, size_of::<RayHit>())])?;
+            workspace.reserve_ray_hits(hits);
+            Ok(())
+        })
+    }
 }
 
 impl Default for punctual_ray_batch<'_> {
@@ -354,80 +260,54 @@ impl Default for punctual_ray_batch<'_> {
     }
 }
 
-/// The question for the nearest hit of each of `count` rays. Checked when it is run.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_batch_init<'t>(
-    batch: *mut punctual_ray_batch<'t>,
-    size: usize,
-    tree: Option<&'t punctual_tree>,
-    rays: *const punctual_ray,
-    count: usize,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe {
-        begin(
-            batch,
-            size,
-            punctual_ray_batch {
-                tree,
-                rays,
-                count,
-                ..Default::default()
-            },
-        )
-    }
+inits! {
+    /// The question for the nearest hit of each of `count` rays. Checked when it is run.
+    punctual_ray_batch_init(
+        batch: punctual_ray_batch<'t>, tree: Option<&'t punctual_tree>,
+        rays: *const punctual_ray, count: usize
+    ) { tree, rays, count }
 }
 
-/// Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
-/// so many rays in a workspace makes room for them, about 100 bytes each; later ones do not allocate. It does not lock or panic.
-/// `clock` may be null: the clock of the system.
-///
-/// Fails with NULL, BAD_ARGUMENT, which names the ray, OUT_OF_MEMORY or POISONED before it has begun.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_batch_run(
-    batch: *const punctual_ray_batch<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    hits: *mut punctual_ray_hit,
-    outcome: *mut punctual_ray_batch_outcome,
-) -> punctual_status {
-    door("punctual_ray_batch_run", || {
+calls! {
+    /// Runs many rays within a budget, and writes the hits of those that are done to `hits`, which
+    /// has room for all. The first batch of so many rays in a workspace makes room for them, about
+    /// 100 bytes each; later ones do not allocate. It does not lock or panic. `clock` may be null:
+    /// the clock of the system.
+    ///
+    /// Fails with NULL, BAD_ARGUMENT, which names the ray, OUT_OF_MEMORY or POISONED before it has
+    /// begun.
+    unsafe fn punctual_ray_batch_run(
+        batch: *const punctual_ray_batch<'_>, workspace: Option<&mut punctual_workspace>,
+        budget: punctual_budget, clock: Option<&punctual_clock>, hits: *mut punctual_ray_hit,
+        outcome: *mut punctual_ray_batch_outcome
+    ) {
         // SAFETY: the contract of the header for arrays and clocks.
         unsafe { read(batch, "batch")?.spend(false, workspace, budget, clock, hits, outcome) }
-    })
-}
+    }
 
-/// Goes on with the stopped run that the workspace holds, with a fresh budget. The hits of all rays that are done are written, those
-/// of earlier calls again.
-///
-/// Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very batch or is
-/// complete.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_batch_resume(
-    batch: *const punctual_ray_batch<'_>,
-    workspace: Option<&mut punctual_workspace>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    hits: *mut punctual_ray_hit,
-    outcome: *mut punctual_ray_batch_outcome,
-) -> punctual_status {
-    door("punctual_ray_batch_resume", || {
+    /// Goes on with the stopped run that the workspace holds, with a fresh budget. The hits of all
+    /// rays that are done are written, those of earlier calls again.
+    ///
+    /// Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace
+    /// was not of this very batch or is complete.
+    unsafe fn punctual_ray_batch_resume(
+        batch: *const punctual_ray_batch<'_>, workspace: Option<&mut punctual_workspace>,
+        budget: punctual_budget, clock: Option<&punctual_clock>, hits: *mut punctual_ray_hit,
+        outcome: *mut punctual_ray_batch_outcome
+    ) {
         // SAFETY: the contract of the header for arrays and clocks.
         unsafe { read(batch, "batch")?.spend(true, workspace, budget, clock, hits, outcome) }
-    })
-}
+    }
 
-/// What the last run of this batch in the workspace has still to do. Takes time linear in the rays, which it copies.
-///
-/// Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very batch.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_ray_batch_remaining(
-    batch: *const punctual_ray_batch<'_>,
-    workspace: Option<&punctual_workspace>,
-    remaining: *mut punctual_remaining,
-) -> punctual_status {
-    door("punctual_ray_batch_remaining", || {
+    /// What the last run of this batch in the workspace has still to do. Takes time linear in the
+    /// rays, which it copies.
+    ///
+    /// Fails as `punctual_ray_batch_run`, and with NOT_RESUMABLE if the last run in this workspace
+    /// was not of this very batch.
+    unsafe fn punctual_ray_batch_remaining(
+        batch: *const punctual_ray_batch<'_>, workspace: Option<&punctual_workspace>,
+        remaining: *mut punctual_remaining
+    ) {
         let mut held = Rays::default();
         // SAFETY: the contract of the header for structs and arrays.
         unsafe {
@@ -435,10 +315,11 @@ pub unsafe extern "C" fn punctual_ray_batch_remaining(
             held.read(array(batch.rays, batch.count, "batch->rays")?)?;
             tell(&batch.query(&held.rays)?, workspace, None, remaining)
         }
-    })
+    }
 }
 
-/// The rays of a batch, as the library has them; kept in the workspace, so that batches do not allocate.
+/// The rays of a batch, as the library has them; kept in the workspace, so that batches do not
+/// allocate.
 #[derive(Debug, Default)]
 pub(crate) struct Rays {
     rays: Vec<Ray>,
@@ -460,7 +341,7 @@ impl Rays {
 
 impl<'t> punctual_ray_batch<'t> {
     fn query<'r>(&self, rays: &'r [Ray]) -> Result<Query<'t, punctual::rays::Rays<'r>>, Fault> {
-        let tree = given(self.tree, "batch->tree")?.0.get("batch->tree")?;
+        let tree = get(self.tree, "batch->tree")?;
         match check_mode(self.mode, "batch->mode")? {
             RayMode::Nearest => Ok(Query::rays(tree, rays)),
             RayMode::Any => Ok(Query::rays(tree, rays).any()),
@@ -539,7 +420,7 @@ impl punctual_ray {
 
 impl<'t> punctual_ray_query<'t> {
     fn check(self) -> Result<Query<'t, RayCast>, Fault> {
-        let tree: &'t Tree = given(self.tree, "query->tree")?.0.get("query->tree")?;
+        let tree: &'t Tree = get(self.tree, "query->tree")?;
         let query = Query::ray(tree, self.ray.check("query->ray", None)?);
         let query = query.mode(check_mode(self.mode, "query->mode")?);
         Ok(query.solid(self.solid != 0))
@@ -594,4 +475,11 @@ impl From<Answer<usize>> for punctual_ray_batch_outcome {
             stats: outcome.stats.into(),
         }
     }
+}
+
+lists! {
+    /// The hits that the last query found, if it was a ray query for all hits, without those
+    /// drained: in order of discovery, which is nearly that of `t`.
+    list punctual_workspace_ray_hits(workspace: punctual_workspace) -> hits: punctual_ray_hit =
+        workspace.ray_hits().iter().map(|&hit| Some(hit));
 }

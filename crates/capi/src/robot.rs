@@ -1,14 +1,16 @@
-//! Robots among obstacles: which configurations collide, how near contact is, for how long a motion is free.
+//! Robots among obstacles: which configurations collide, how near contact is, for how long a motion
+//! is free.
 
 use crate::arrays::{array, path, room, text};
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
 use crate::distance::finite;
-use crate::handle::{Handle, put};
+use crate::handle::{Handle, change, get, put};
 use crate::outcome::punctual_stop_reason;
 use crate::pose::{punctual_point, punctual_pose};
 use crate::sized::{grows, place};
-use crate::status::{Fault, door, free, given, punctual_status};
+use crate::status::{Fault, free, given};
 use crate::tree::punctual_tree;
+use crate::verbs::calls;
 use ::punctual_robot::{
     Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
     RobotError, Shape, ShapeId, UrdfOptions, braking_time, safe_speed,
@@ -21,10 +23,11 @@ use std::sync::Arc;
 /// No shape of a robot.
 pub const PUNCTUAL_NO_SHAPE: u32 = u32::MAX;
 
-/// A robot among obstacles, with all that one thread needs to ask about it. Lengths are in metres, angles in radians. A
-/// configuration has a number for each joint that moves and follows no other, in the order of the URDF file.
+/// A robot among obstacles, with all that one thread needs to ask about it. Lengths are in metres,
+/// angles in radians. A configuration has a number for each joint that moves and follows no other,
+/// in the order of the URDF file.
 #[derive(Debug)]
-pub struct punctual_robot(Handle<Checker>);
+pub struct punctual_robot(pub(crate) Handle<Checker>);
 
 /// What is known of a configuration or a motion.
 #[repr(u32)]
@@ -56,7 +59,8 @@ pub struct punctual_robot_collision {
 
 grows!(punctual_robot_collision: size, stop..work);
 
-/// The least distance of all pairs of shapes: `low <= distance <= high`, in metres, whenever it stopped.
+/// The least distance of all pairs of shapes: `low <= distance <= high`, in metres, whenever it
+/// stopped.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_robot_clearance {
@@ -102,21 +106,18 @@ pub struct punctual_robot_motion {
 
 grows!(punctual_robot_motion: size, stop..work);
 
-/// Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs of links are not asked; without it,
-/// links joined by one moving joint are not. `packages` may be null, or names a folder in which `package://` names are sought,
-/// before those above the URDF file. With `solids` other than 0 closed meshes are solids: what is inside them collides. What is not
-/// heeded in the files, `punctual_robot_notices` tells.
-///
-/// Fails with BAD_FILE; the text names the file, the line, and the link or joint.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_from_urdf(
-    urdf: *const c_char,
-    srdf: *const c_char,
-    packages: *const c_char,
-    solids: u32,
-    robot: Option<&mut MaybeUninit<Option<Box<punctual_robot>>>>,
-) -> punctual_status {
-    door("punctual_robot_from_urdf", || {
+calls! {
+    /// Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs
+    /// of links are not asked; without it, links joined by one moving joint are not. `packages` may
+    /// be null, or names a folder in which `package://` names are sought, before those above the
+    /// URDF file. With `solids` other than 0 closed meshes are solids: what is inside them
+    /// collides. What is not heeded in the files, `punctual_robot_notices` tells.
+    ///
+    /// Fails with BAD_FILE; the text names the file, the line, and the link or joint.
+    unsafe fn punctual_robot_from_urdf(
+        urdf: *const c_char, srdf: *const c_char, packages: *const c_char, solids: u32,
+        robot: Option<&mut MaybeUninit<Option<Box<punctual_robot>>>>
+    ) {
         let mut options = UrdfOptions::default();
         options.solids = solids != 0;
         // SAFETY: the contract of the header for texts.
@@ -133,7 +134,7 @@ pub unsafe extern "C" fn punctual_robot_from_urdf(
             let model = Model::from_urdf(urdf, &options)?;
             Ok(punctual_robot(Handle::new(Checker::new(Arc::new(model)))))
         })
-    })
+    }
 }
 
 /// Frees a robot; null is fine.
@@ -142,59 +143,49 @@ pub extern "C" fn punctual_robot_free(robot: Option<Box<punctual_robot>>) {
     free(robot);
 }
 
-/// The number of values of a configuration.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_robot_joints(
-    robot: Option<&punctual_robot>,
-    joints: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_robot_joints", || {
-        let robot = given(robot, "robot")?.0.get("robot")?;
+calls! {
+    /// The number of values of a configuration.
+    fn punctual_robot_joints(
+        robot: Option<&punctual_robot>, joints: Option<&mut MaybeUninit<usize>>
+    ) {
+        let robot = get(robot, "robot")?;
         given(joints, "joints")?.write(robot.model().joint_names().len());
         Ok(())
-    })
-}
+    }
 
-/// The name of a shape: that of its link or of the obstacle, as UTF-8 that ends with a zero byte. As much as `capacity` allows is
-/// written to `name`; its whole length, without the zero byte, to `length`.
-///
-/// Fails with BAD_ARGUMENT if there is no such shape.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_shape_name(
-    robot: Option<&punctual_robot>,
-    shape: u32,
-    name: *mut c_char,
-    capacity: usize,
-    length: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_robot_shape_name", || {
-        let robot = given(robot, "robot")?.0.get("robot")?;
+    /// The name of a shape: that of its link or of the obstacle, as UTF-8 that ends with a zero
+    /// byte. As much as `capacity` allows is written to `name`; its whole length, without the zero
+    /// byte, to `length`.
+    ///
+    /// Fails with BAD_ARGUMENT if there is no such shape.
+    unsafe fn punctual_robot_shape_name(
+        robot: Option<&punctual_robot>, shape: u32, name: *mut c_char, capacity: usize,
+        length: Option<&mut MaybeUninit<usize>>
+    ) {
+        let robot = get(robot, "robot")?;
         let found = robot.id(shape).and_then(|id| robot.name(id));
         let found = found.ok_or(RobotError::NoObstacle)?;
         // SAFETY: the contract of the header for arrays.
         unsafe { tell(found, name, capacity, "name", length) }
-    })
-}
+    }
 
-/// What the files of a robot say that is not heeded, a line each: pairs of links that the robot does not have, elements that are
-/// passed over, open meshes that were to be solids. Empty for most. As much as `capacity` allows is written to `notices`, and ends
-/// with a zero byte; its whole length, without the zero byte, to `length`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_notices(
-    robot: Option<&punctual_robot>,
-    notices: *mut c_char,
-    capacity: usize,
-    length: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_robot_notices", || {
-        let robot = given(robot, "robot")?.0.get("robot")?;
+    /// What the files of a robot say that is not heeded, a line each: pairs of links that the robot
+    /// does not have, elements that are passed over, open meshes that were to be solids. Empty for
+    /// most. As much as `capacity` allows is written to `notices`, and ends with a zero byte; its
+    /// whole length, without the zero byte, to `length`.
+    unsafe fn punctual_robot_notices(
+        robot: Option<&punctual_robot>, notices: *mut c_char, capacity: usize,
+        length: Option<&mut MaybeUninit<usize>>
+    ) {
+        let robot = get(robot, "robot")?;
         let lines = robot.model().notices().join("\n");
         // SAFETY: the contract of the header for arrays.
         unsafe { tell(&lines, notices, capacity, "notices", length) }
-    })
+    }
 }
 
-/// Writes a text, as much of it as there is room for, with a zero byte at its end, and the length of all of it.
+/// Writes a text, as much of it as there is room for, with a zero byte at its end, and the length
+/// of all of it.
 ///
 /// # Safety
 /// `out` is null or points to room for `capacity` bytes that nothing else uses during the call.
@@ -216,156 +207,114 @@ unsafe fn tell(
     Ok(())
 }
 
-/// Adds an obstacle, which shares the tree: a solid if it was built as one and is closed, else a surface. With `link` null it stands
-/// at a pose in the world; otherwise it moves with that link, at a pose in the frame of the link, and is not asked with it, nor, in
-/// either case, with the `may_touch_count` links whose names are in `may_touch`. Its number is written to `shape`.
-///
-/// Fails with BAD_POSE if the pose is off a rotation by more than 1e-6, and with BAD_ARGUMENT if there is no such link.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_add(
-    robot: Option<&mut punctual_robot>,
-    name: *const c_char,
-    tree: Option<&punctual_tree>,
-    pose: punctual_pose,
-    link: *const c_char,
-    may_touch: *const *const c_char,
-    may_touch_count: usize,
-    shape: Option<&mut MaybeUninit<u32>>,
-) -> punctual_status {
-    door("punctual_robot_add", || {
+calls! {
+    /// Adds an obstacle, which shares the tree: a solid if it was built as one and is closed, else
+    /// a surface. With `link` null it stands at a pose in the world; otherwise it moves with that
+    /// link, at a pose in the frame of the link, and is not asked with it, nor, in either case,
+    /// with the `may_touch_count` links whose names are in `may_touch`. Its number is written to
+    /// `shape`.
+    ///
+    /// Fails with BAD_POSE if the pose is off a rotation by more than 1e-6, and with BAD_ARGUMENT
+    /// if there is no such link.
+    unsafe fn punctual_robot_add(
+        robot: Option<&mut punctual_robot>, name: *const c_char, tree: Option<&punctual_tree>,
+        pose: punctual_pose, link: *const c_char, may_touch: *const *const c_char,
+        may_touch_count: usize, shape: Option<&mut MaybeUninit<u32>>
+    ) {
         // SAFETY: the contract of the header for texts and arrays.
         let (name, may_touch) = unsafe {
             let names = array(may_touch, may_touch_count, "may_touch")?.iter();
             let names = names.map(|&link| text(link, "may_touch"));
             (text(name, "name")?, names.collect::<Result<Vec<_>, _>>()?)
         };
-        let tree = Arc::clone(given(tree, "tree")?.0.get("tree")?);
+        let tree = Arc::clone(get(tree, "tree")?);
         let (solid, pose, shape) = (Shape::tree(tree), pose.check()?, given(shape, "shape")?);
         let link = match link.is_null() {
             true => None,
             // SAFETY: the contract of the header for texts.
             false => Some(unsafe { text(link, "link") }?),
         };
-        given(robot, "robot")?.0.change("robot", |robot| {
+        change(robot, "robot", |robot| {
             let id = robot.attach(name, link, pose, solid, &may_touch)?;
             shape.write(id.number());
             Ok(())
         })
-    })
-}
+    }
 
-/// Moves an obstacle to another pose, in the frame in which it was added.
-///
-/// Fails with BAD_ARGUMENT if there is no such obstacle, and as `punctual_robot_add`.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_robot_move(
-    robot: Option<&mut punctual_robot>,
-    shape: u32,
-    pose: punctual_pose,
-) -> punctual_status {
-    door("punctual_robot_move", || {
+    /// Moves an obstacle to another pose, in the frame in which it was added.
+    ///
+    /// Fails with BAD_ARGUMENT if there is no such obstacle, and as `punctual_robot_add`.
+    fn punctual_robot_move(robot: Option<&mut punctual_robot>, shape: u32, pose: punctual_pose) {
         let pose = pose.check()?;
-        given(robot, "robot")?.0.change("robot", |robot| {
+        change(robot, "robot", |robot| {
             let id = robot.id(shape).ok_or(RobotError::NoObstacle)?;
             Ok(robot.move_to(id, pose)?)
         })
-    })
-}
+    }
 
-/// Removes an obstacle.
-///
-/// Fails with BAD_ARGUMENT if there is no such obstacle.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_robot_remove(
-    robot: Option<&mut punctual_robot>,
-    shape: u32,
-) -> punctual_status {
-    door("punctual_robot_remove", || {
-        given(robot, "robot")?.0.change("robot", |robot| {
+    /// Removes an obstacle.
+    ///
+    /// Fails with BAD_ARGUMENT if there is no such obstacle.
+    fn punctual_robot_remove(robot: Option<&mut punctual_robot>, shape: u32) {
+        change(robot, "robot", |robot| {
             let id = robot.id(shape).ok_or(RobotError::NoObstacle)?;
             Ok(robot.remove(id)?)
         })
-    })
-}
+    }
 
-/// Whether a configuration of `joints` values collides, within a budget; `clock` may be null: the clock of the system. It does not
-/// lock or panic, and allocates nothing but room for more pairs or intervals than ever before.
-///
-/// Fails with BAD_ARGUMENT if the robot has another number of joint values, or one is not finite.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_collide(
-    robot: Option<&mut punctual_robot>,
-    values: *const f64,
-    joints: usize,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    collision: *mut punctual_robot_collision,
-) -> punctual_status {
-    door("punctual_robot_collide", || {
+    /// Whether a configuration of `joints` values collides, within a budget; `clock` may be null:
+    /// the clock of the system. It does not lock or panic, and allocates nothing but room for more
+    /// pairs or intervals than ever before.
+    ///
+    /// Fails with BAD_ARGUMENT if the robot has another number of joint values, or one is not
+    /// finite.
+    unsafe fn punctual_robot_collide(
+        robot: Option<&mut punctual_robot>, values: *const f64, joints: usize,
+        budget: punctual_budget, clock: Option<&punctual_clock>,
+        collision: *mut punctual_robot_collision
+    ) {
         // SAFETY: the contract of the header for arrays, structs and clocks.
         unsafe {
-            let (values, out) = (
-                array(values, joints, "values")?,
-                place(collision, "collision")?,
-            );
+            let (values, out) = (array(values, joints, "values")?, place(collision, "collision")?);
             out.write(
-                ask(robot, budget, clock, |robot, budget| {
-                    robot.collide(values, budget)
-                })?
-                .into(),
+                ask(robot, budget, clock, |robot, budget| robot.collide(values, budget))?.into(),
             );
         }
         Ok(())
-    })
-}
+    }
 
-/// The least distance of all pairs of shapes at a configuration: bounds that are `tolerance` metres apart, unless the budget ends.
-///
-/// Fails as `punctual_robot_collide`, and with BAD_ARGUMENT if the tolerance is negative or not finite.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_measure(
-    robot: Option<&mut punctual_robot>,
-    values: *const f64,
-    joints: usize,
-    tolerance: f64,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    clearance: *mut punctual_robot_clearance,
-) -> punctual_status {
-    door("punctual_robot_measure", || {
+    /// The least distance of all pairs of shapes at a configuration: bounds that are `tolerance`
+    /// metres apart, unless the budget ends.
+    ///
+    /// Fails as `punctual_robot_collide`, and with BAD_ARGUMENT if the tolerance is negative or not
+    /// finite.
+    unsafe fn punctual_robot_measure(
+        robot: Option<&mut punctual_robot>, values: *const f64, joints: usize, tolerance: f64,
+        budget: punctual_budget, clock: Option<&punctual_clock>,
+        clearance: *mut punctual_robot_clearance
+    ) {
         finite(tolerance, "tolerance")?;
         let options = ClearanceOptions::default().tolerance(tolerance);
         // SAFETY: the contract of the header for arrays, structs and clocks.
         unsafe {
-            let (values, out) = (
-                array(values, joints, "values")?,
-                place(clearance, "clearance")?,
-            );
+            let (values, out) = (array(values, joints, "values")?, place(clearance, "clearance")?);
             let found = ask(robot, budget, clock, |robot, budget| {
                 robot.clearance(values, &options, budget)
             })?;
             out.write(found.into());
         }
         Ok(())
-    })
-}
+    }
 
-/// Whether the straight line in joint space between two configurations is free: proven for all of it, not at samples. With
-/// `first` other than 0 the first contact is sought, not any.
-///
-/// Fails as `punctual_robot_collide`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_edge(
-    robot: Option<&mut punctual_robot>,
-    from: *const f64,
-    to: *const f64,
-    joints: usize,
-    first: u32,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    motion: *mut punctual_robot_motion,
-) -> punctual_status {
-    door("punctual_robot_edge", || {
+    /// Whether the straight line in joint space between two configurations is free: proven for all
+    /// of it, not at samples. With `first` other than 0 the first contact is sought, not any.
+    ///
+    /// Fails as `punctual_robot_collide`.
+    unsafe fn punctual_robot_edge(
+        robot: Option<&mut punctual_robot>, from: *const f64, to: *const f64, joints: usize,
+        first: u32, budget: punctual_budget, clock: Option<&punctual_clock>,
+        motion: *mut punctual_robot_motion
+    ) {
         let options = match first {
             0 => EdgeOptions::any(),
             _ => EdgeOptions::first(),
@@ -380,51 +329,35 @@ pub unsafe extern "C" fn punctual_robot_edge(
             out.write(found.into());
         }
         Ok(())
-    })
-}
+    }
 
-/// Continues the last edge, which its budget has stopped. However it is cut into pieces by work budgets, the answer at the end is
-/// that of one uninterrupted call.
-///
-/// Fails with NOT_RESUMABLE if it is done, or another question was asked or an obstacle changed since.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_edge_resume(
-    robot: Option<&mut punctual_robot>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    motion: *mut punctual_robot_motion,
-) -> punctual_status {
-    door("punctual_robot_edge_resume", || {
+    /// Continues the last edge, which its budget has stopped. However it is cut into pieces by work
+    /// budgets, the answer at the end is that of one uninterrupted call.
+    ///
+    /// Fails with NOT_RESUMABLE if it is done, or another question was asked or an obstacle changed
+    /// since.
+    unsafe fn punctual_robot_edge_resume(
+        robot: Option<&mut punctual_robot>, budget: punctual_budget, clock: Option<&punctual_clock>,
+        motion: *mut punctual_robot_motion
+    ) {
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let out = place(motion, "motion")?;
-            out.write(
-                ask(robot, budget, clock, |robot, budget| {
-                    robot.resume_edge(budget)
-                })?
-                .into(),
-            );
+            out.write(ask(robot, budget, clock, |robot, budget| robot.resume_edge(budget))?.into());
         }
         Ok(())
-    })
-}
+    }
 
-/// For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most for `seconds`. The near future is
-/// proven first, so a budget that ends early leaves a shorter `free_until`.
-///
-/// Fails as `punctual_robot_collide`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_horizon(
-    robot: Option<&mut punctual_robot>,
-    values: *const f64,
-    velocity: *const f64,
-    joints: usize,
-    seconds: f64,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    motion: *mut punctual_robot_motion,
-) -> punctual_status {
-    door("punctual_robot_horizon", || {
+    /// For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most
+    /// for `seconds`. The near future is proven first, so a budget that ends early leaves a shorter
+    /// `free_until`.
+    ///
+    /// Fails as `punctual_robot_collide`.
+    unsafe fn punctual_robot_horizon(
+        robot: Option<&mut punctual_robot>, values: *const f64, velocity: *const f64, joints: usize,
+        seconds: f64, budget: punctual_budget, clock: Option<&punctual_clock>,
+        motion: *mut punctual_robot_motion
+    ) {
         finite(seconds, "seconds")?;
         // SAFETY: the contract of the header for arrays, structs and clocks.
         unsafe {
@@ -437,35 +370,28 @@ pub unsafe extern "C" fn punctual_robot_horizon(
             out.write(found.into());
         }
         Ok(())
-    })
-}
+    }
 
-/// The seconds in which joints with these velocities stop, all in proportion, so that they stay on their straight line, if each can
-/// decelerate so much (rad/s^2 or m/s^2).
-///
-/// Fails with NULL.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_robot_braking_time(
-    velocity: *const f64,
-    decelerations: *const f64,
-    joints: usize,
-    seconds: Option<&mut MaybeUninit<f64>>,
-) -> punctual_status {
-    door("punctual_robot_braking_time", || {
+    /// The seconds in which joints with these velocities stop, all in proportion, so that they stay
+    /// on their straight line, if each can decelerate so much (rad/s^2 or m/s^2).
+    ///
+    /// Fails with NULL.
+    unsafe fn punctual_robot_braking_time(
+        velocity: *const f64, decelerations: *const f64, joints: usize,
+        seconds: Option<&mut MaybeUninit<f64>>
+    ) {
         // SAFETY: the contract of the header for arrays.
         let [velocity, decelerations] = unsafe {
-            [
-                array(velocity, joints, "velocity")?,
-                array(decelerations, joints, "decelerations")?,
-            ]
+            [array(velocity, joints, "velocity")?, array(decelerations, joints, "decelerations")?]
         };
         given(seconds, "seconds")?.write(braking_time(velocity, decelerations));
         Ok(())
-    })
+    }
 }
 
-/// The largest share of the speed (0 to 1) with which a robot that is proven free for `free_until` seconds may go on for `cycle`
-/// seconds, and then still stop in time. `braking` is the time in which it stops from the full speed, at a constant deceleration.
+/// The largest share of the speed (0 to 1) with which a robot that is proven free for `free_until`
+/// seconds may go on for `cycle` seconds, and then still stop in time. `braking` is the time in
+/// which it stops from the full speed, at a constant deceleration.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_robot_safe_speed(free_until: f64, cycle: f64, braking: f64) -> f64 {
     safe_speed(free_until, cycle, braking)
@@ -513,22 +439,14 @@ impl From<Outcome<Collision>> for punctual_robot_collision {
 
 impl From<Outcome<Clearance>> for punctual_robot_clearance {
     fn from(found: Outcome<Clearance>) -> Self {
-        let Clearance {
-            low,
-            high,
-            pair,
-            points,
-            normal,
-            ..
-        } = found.value;
         Self {
             size: Self::SIZE,
             stop: found.stop.into(),
-            low,
-            high,
-            shapes: numbers(pair),
-            points: points.map(Into::into),
-            normal: normal.into(),
+            low: found.value.low,
+            high: found.value.high,
+            shapes: numbers(found.value.pair),
+            points: found.value.points.map(Into::into),
+            normal: found.value.normal.into(),
             work: found.work,
         }
     }
@@ -536,14 +454,7 @@ impl From<Outcome<Clearance>> for punctual_robot_clearance {
 
 impl From<Outcome<Edge>> for punctual_robot_motion {
     fn from(found: Outcome<Edge>) -> Self {
-        let Edge {
-            answer,
-            free_until,
-            touching_at,
-            pair,
-            ..
-        } = found.value;
-        let verdict = match answer {
+        let verdict = match found.value.answer {
             EdgeAnswer::Free => punctual_robot_verdict::Free,
             EdgeAnswer::Contact => punctual_robot_verdict::Contact,
             EdgeAnswer::Undecided => punctual_robot_verdict::Undecided,
@@ -551,9 +462,9 @@ impl From<Outcome<Edge>> for punctual_robot_motion {
         Self {
             size: Self::SIZE,
             verdict,
-            free_until,
-            touching_at: touching_at.unwrap_or(f64::INFINITY),
-            shapes: numbers(pair),
+            free_until: found.value.free_until,
+            touching_at: found.value.touching_at.unwrap_or(f64::INFINITY),
+            shapes: numbers(found.value.pair),
             stop: found.stop.into(),
             work: found.work,
         }

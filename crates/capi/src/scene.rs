@@ -1,23 +1,25 @@
 //! Scenes: many bodies, one budget a frame.
 
-use crate::arrays::{array, find_room, list};
+use crate::arrays::{array, find_room};
 use crate::body::{punctual_body, punctual_body_id};
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
-use crate::handle::{Handle, put};
+use crate::handle::{Handle, change, get, put, set};
 use crate::outcome::{nanoseconds, punctual_verdict, verdict};
 use crate::pose::punctual_pose;
 use crate::query::check_mode;
-use crate::sized::{fill_rows, grows, place, read, rows};
-use crate::status::{Fault, door, free, given, punctual_status, value_of};
+use crate::sized::{fill_rows, grows, place, read};
+use crate::status::{Fault, free, given, value_of};
 use crate::tree::punctual_tree;
+use crate::verbs::{calls, lists};
 use crate::workspace::punctual_triangle_pair;
-use ::punctual_scene::{Filter, PairCertificate, PairReport, Reach, Report, Scene, SceneError};
+use ::punctual_scene::{Filter, PairCertificate, PairReport, Reach, Report, Scene};
 use core::mem::MaybeUninit;
 use std::sync::Arc;
 
-/// Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.
+/// Bodies that move, and the question which of them meet. One thread at a time may use it; it may
+/// start threads of its own.
 #[derive(Debug)]
-pub struct punctual_scene(Handle<Scene>);
+pub struct punctual_scene(pub(crate) Handle<Scene>);
 
 /// A slip of the caller's must not take all threads of the machine.
 const MAX_THREADS: usize = 1024;
@@ -28,8 +30,9 @@ const MAX_THREADS: usize = 1024;
 pub enum punctual_reach {
     /// Those around the bodies where they are: pairs that are not reported do not meet.
     Here = 0,
-    /// Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
-    /// poses. Pairs that may have met in between are reported as well, with what is true of them here.
+    /// Swept boxes: each covers a body's motion since the previous frame, at a constant velocity
+    /// and turn between its two poses. Pairs that may have met in between are reported as well,
+    /// with what is true of them here.
     Swept = 1,
 }
 
@@ -43,22 +46,25 @@ pub struct punctual_pair_report {
     pub b: punctual_body_id,
     /// Whether their surfaces meet, in this frame.
     pub verdict: punctual_verdict,
-    /// Whether nothing is left to find, of its distance and its time of impact too, if they are asked for. Undecided all the same
-    /// if rounding hides whether bodies with margins meet, or bodies in motion at its start.
+    /// Whether nothing is left to find, of its distance and its time of impact too, if they are
+    /// asked for. Undecided all the same if rounding hides whether bodies with margins meet, or
+    /// bodies in motion at its start.
     pub complete: bool,
-    /// If they meet, two triangles that do; if they come within their margins, two that do; else zeros.
+    /// If they meet, two triangles that do; if they come within their margins, two that do; else
+    /// zeros.
     pub witness: punctual_triangle_pair,
-    /// How far apart the witness is at most, in the length unit of the scene, margins not subtracted: 0 if they
-    /// intersect, above
-    /// 0 and no more than the margins if they come within them, and infinite without a witness.
+    /// How far apart the witness is at most, in the length unit of the scene, margins not
+    /// subtracted: 0 if they intersect, above 0 and no more than the margins if they come within
+    /// them, and infinite without a witness.
     pub witness_distance: f64,
-    /// Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins, whose witness counts.
+    /// Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins,
+    /// whose witness counts.
     pub found: u64,
-    /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is complete all the same.
+    /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is
+    /// complete all the same.
     pub probability: f64,
-    /// Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if nothing was found, and
-    /// between
-    /// them otherwise.
+    /// Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if
+    /// nothing was found, and between them otherwise.
     pub recall: f64,
     /// Frames since it was decided: 0 if it was in this one.
     pub age: u64,
@@ -70,32 +76,25 @@ impl From<&PairReport> for punctual_pair_report {
     fn from(pair: &PairReport) -> Self {
         let witness_distance = pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
         let (verdict, witness) = verdict(pair.verdict);
-        let PairReport {
-            found,
-            complete,
-            probability,
-            recall,
-            age,
-            ..
-        } = *pair;
         let [a, b] = [pair.a, pair.b].map(Into::into);
         Self {
             a,
             b,
             verdict,
-            complete,
+            complete: pair.complete,
             witness,
             witness_distance,
-            found,
-            probability,
-            recall,
-            age,
+            found: pair.found,
+            probability: pair.probability,
+            recall: pair.recall,
+            age: pair.age,
         }
     }
 }
 
-/// What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in `pairs` together, and may meet, do
-/// not: their boxes are apart. Otherwise the budget ended in the broad phase, which goes on in the next frame.
+/// What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in
+/// `pairs` together, and may meet, do not: their boxes are apart. Otherwise the budget ended in the
+/// broad phase, which goes on in the next frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_report {
@@ -115,9 +114,11 @@ pub struct punctual_report {
     pub complete: usize,
     /// The largest age of a pair.
     pub worst_age: u64,
-    /// Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
+    /// Bodies that changed or were removed and whose boxes are not up to date: the next frames
+    /// place them.
     pub unplaced: usize,
-    /// Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
+    /// Bodies that not all partners are known of: they moved on or were removed, and the search for
+    /// pairs is not at its end.
     pub unpaired: usize,
     /// Known pairs that were not looked at. They are not in `pairs`, and are undecided.
     pub unlisted: usize,
@@ -129,7 +130,8 @@ pub struct punctual_report {
     pub broad_phase_work: u64,
     /// BV tests of the queries.
     pub bv_tests: u64,
-    /// Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    /// Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time
+    /// budget.
     pub elapsed: i64,
 }
 
@@ -166,7 +168,8 @@ pub struct punctual_pair_certificate {
     pub size: u32,
     /// No more triangle pairs than this intersect.
     pub upper_bound: u64,
-    /// Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
+    /// Each intersection that was not found lies in a box no longer than this, in the length unit
+    /// of the scene.
     pub largest_extent: f64,
 }
 
@@ -176,46 +179,14 @@ fn check_reach(reach: u32) -> Result<Reach, Fault> {
     value_of(reach, "reach", &[Reach::Here, Reach::Swept])
 }
 
-impl punctual_scene {
-    pub(crate) fn get(scene: Option<&Self>) -> Result<&Scene, Fault> {
-        given(scene, "scene")?.0.get("scene")
-    }
-
-    pub(crate) fn change<R>(
-        scene: Option<&mut Self>,
-        change: impl FnOnce(&mut Scene) -> Result<R, Fault>,
-    ) -> Result<R, Fault> {
-        given(scene, "scene")?.0.change("scene", change)
-    }
-
-    /// [`Self::change`] behind the [`door`] of a function that does no more.
-    pub(crate) fn alter(
-        name: &'static str,
-        scene: Option<&mut Self>,
-        change: impl FnOnce(&mut Scene) -> Result<(), SceneError>,
-    ) -> punctual_status {
-        door(name, || Self::change(scene, |scene| Ok(change(scene)?)))
-    }
-
-    pub(crate) fn set(
-        scene: Option<&mut Self>,
-        change: impl FnOnce(&mut Scene),
-    ) -> Result<(), Fault> {
-        given(scene, "scene")?.0.set("scene", change)
-    }
-}
-
-/// Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or the number of all), `reach` a
-/// `punctual_reach`.
-///
-/// Fails with BAD_ARGUMENT if one of them is unknown.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_new(
-    mode: u32,
-    reach: u32,
-    scene: Option<&mut MaybeUninit<Option<Box<punctual_scene>>>>,
-) -> punctual_status {
-    door("punctual_scene_new", || {
+calls! {
+    /// Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or
+    /// the number of all), `reach` a `punctual_reach`.
+    ///
+    /// Fails with BAD_ARGUMENT if one of them is unknown.
+    fn punctual_scene_new(
+        mode: u32, reach: u32, scene: Option<&mut MaybeUninit<Option<Box<punctual_scene>>>>
+    ) {
         let reach = check_reach(reach)?;
         let mode = check_mode(mode, "mode")?;
         put(scene, || {
@@ -224,52 +195,32 @@ pub extern "C" fn punctual_scene_new(
             scene.set_reach(reach);
             Ok(punctual_scene(Handle::new(scene)))
         })
-    })
-}
+    }
 
-/// Asks from the next frame on for any intersection of each pair, or for the number of all, by a `punctual_mode`. What
-/// earlier
-/// frames found does not answer another question.
-///
-/// Fails with BAD_ARGUMENT if it is unknown.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_mode(
-    scene: Option<&mut punctual_scene>,
-    mode: u32,
-) -> punctual_status {
-    door("punctual_scene_set_mode", || {
+    /// Asks from the next frame on for any intersection of each pair, or for the number of all, by
+    /// a `punctual_mode`. What earlier frames found does not answer another question.
+    ///
+    /// Fails with BAD_ARGUMENT if it is unknown.
+    fn punctual_scene_set_mode(scene: Option<&mut punctual_scene>, mode: u32) {
         let mode = check_mode(mode, "mode")?;
-        punctual_scene::set(scene, |scene| scene.set_mode(mode))
-    })
-}
+        set(scene, "scene", |scene| scene.set_mode(mode))
+    }
 
-/// Says which boxes the broad phase compares from the next frame on, by a `punctual_reach`.
-///
-/// Fails with BAD_ARGUMENT if it is unknown.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_reach(
-    scene: Option<&mut punctual_scene>,
-    reach: u32,
-) -> punctual_status {
-    door("punctual_scene_set_reach", || {
+    /// Says which boxes the broad phase compares from the next frame on, by a `punctual_reach`.
+    ///
+    /// Fails with BAD_ARGUMENT if it is unknown.
+    fn punctual_scene_set_reach(scene: Option<&mut punctual_scene>, reach: u32) {
         let reach = check_reach(reach)?;
-        punctual_scene::set(scene, |scene| scene.set_reach(reach))
-    })
-}
+        set(scene, "scene", |scene| scene.set_reach(reach))
+    }
 
-/// Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair takes 88 bytes, and
-/// about 430 more
-/// from its first turn on. Pairs beyond that are left out, and `is_full` of the report says so, until an eighth of the
-/// room is
-/// free again. Those that are kept already stay.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_max_pairs(
-    scene: Option<&mut punctual_scene>,
-    pairs: usize,
-) -> punctual_status {
-    door("punctual_scene_set_max_pairs", || {
-        punctual_scene::set(scene, |scene| scene.set_max_pairs(pairs))
-    })
+    /// Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair
+    /// takes 88 bytes, and about 430 more from its first turn on. Pairs beyond that are left out,
+    /// and `is_full` of the report says so, until an eighth of the room is free again. Those that
+    /// are kept already stay.
+    fn punctual_scene_set_max_pairs(scene: Option<&mut punctual_scene>, pairs: usize) {
+        set(scene, "scene", |scene| scene.set_max_pairs(pairs))
+    }
 }
 
 /// Frees a scene and ends its threads; null is fine.
@@ -278,241 +229,154 @@ pub extern "C" fn punctual_scene_free(scene: Option<Box<punctual_scene>>) {
     free(scene);
 }
 
-/// Shares the work of `punctual_scene_detect` among `threads` threads, the caller's included. They wait between frames.
-///
-/// Fails with BAD_ARGUMENT if they are more than 1024, with NO_THREAD if the operating system gives none; the scene then has
-/// those that it had.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_use_threads(
-    scene: Option<&mut punctual_scene>,
-    threads: usize,
-) -> punctual_status {
-    door("punctual_scene_use_threads", || {
+calls! {
+    /// Shares the work of `punctual_scene_detect` among `threads` threads, the caller's included.
+    /// They wait between frames.
+    ///
+    /// Fails with BAD_ARGUMENT if they are more than 1024, with NO_THREAD if the operating system
+    /// gives none; the scene then has those that it had.
+    fn punctual_scene_use_threads(scene: Option<&mut punctual_scene>, threads: usize) {
         if threads > MAX_THREADS {
             return Err(Fault::TooMany("threads", threads, MAX_THREADS));
         }
-        punctual_scene::change(scene, |scene| Ok(scene.use_threads(threads)?))
-    })
-}
+        change(scene, "scene", |scene| Ok(scene.use_threads(threads)?))
+    }
 
-/// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do. Within this room
-/// `punctual_scene_detect` does not allocate. Takes about 860 bytes a body and 960 a pair.
-///
-/// Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_reserve(
-    scene: Option<&mut punctual_scene>,
-    bodies: usize,
-    pairs: usize,
-) -> punctual_status {
-    door("punctual_scene_reserve", || {
-        punctual_scene::change(scene, |scene| {
+    /// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or
+    /// nearly do. Within this room `punctual_scene_detect` does not allocate. Takes about 860 bytes
+    /// a body and 960 a pair.
+    ///
+    /// Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
+    fn punctual_scene_reserve(scene: Option<&mut punctual_scene>, bodies: usize, pairs: usize) {
+        change(scene, "scene", |scene| {
             find_room([(bodies, 2000), (pairs, 2000)])?; // more than it takes
             scene.reserve(bodies, pairs);
             Ok(())
         })
-    })
-}
+    }
 
-/// Puts a body into the scene.
-///
-/// Fails with BAD_POSE if its pose is refused (a scene allows a little less than a query), BAD_ARGUMENT if its kind is unknown
-/// or its importance NaN.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_insert(
-    scene: Option<&mut punctual_scene>,
-    body: *const punctual_body<'_>,
-    id: Option<&mut MaybeUninit<punctual_body_id>>,
-) -> punctual_status {
-    door("punctual_scene_insert", || {
+    /// Puts a body into the scene.
+    ///
+    /// Fails with BAD_POSE if its pose is refused (a scene allows a little less than a query),
+    /// BAD_ARGUMENT if its kind is unknown or its importance NaN.
+    unsafe fn punctual_scene_insert(
+        scene: Option<&mut punctual_scene>, body: *const punctual_body<'_>,
+        id: Option<&mut MaybeUninit<punctual_body_id>>
+    ) {
         // SAFETY: the contract of the header for structs.
         let body = unsafe { read(body, "body") }?.check()?;
         let id = given(id, "id")?;
-        id.write(punctual_scene::change(scene, |scene| Ok(scene.insert(body)?))?.into());
+        id.write(change(scene, "scene", |scene| Ok(scene.insert(body)?))?.into());
         Ok(())
-    })
-}
+    }
 
-/// Takes a body out of the scene. As for all that follows, fails with NO_SUCH_BODY if it is not in it.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_remove(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-) -> punctual_status {
-    punctual_scene::alter("punctual_scene_remove", scene, |scene| {
-        scene.remove(id.into()).map(drop)
-    })
-}
+    /// Takes a body out of the scene. As for all that follows, fails with NO_SUCH_BODY if it is not
+    /// in it.
+    fn punctual_scene_remove(scene: Option<&mut punctual_scene>, id: punctual_body_id) {
+        change(scene, "scene", |scene| Ok(scene.remove(id.into()).map(drop)?))
+    }
 
-/// A body as it is now, but for `tree`, which is null: see `punctual_scene_tree`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_body<'t>(
-    scene: Option<&punctual_scene>,
-    id: punctual_body_id,
-    body: *mut punctual_body<'t>,
-) -> punctual_status {
-    door("punctual_scene_body", || {
+    /// A body as it is now, but for `tree`, which is null: see `punctual_scene_tree`.
+    unsafe fn punctual_scene_body(
+        scene: Option<&punctual_scene>, id: punctual_body_id, body: *mut punctual_body<'_>
+    ) {
         // SAFETY: the contract of the header for structs.
         let body = unsafe { place(body, "body") }?;
-        body.write(punctual_scene::get(scene)?.body(id.into())?.into());
+        body.write(get(scene, "scene")?.body(id.into())?.into());
         Ok(())
-    })
-}
+    }
 
-/// A new handle to the tree of a body, shared with the scene: the caller's, to be freed.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_tree(
-    scene: Option<&punctual_scene>,
-    id: punctual_body_id,
-    tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>,
-) -> punctual_status {
-    door("punctual_scene_tree", || {
-        let body = punctual_scene::get(scene)?.body(id.into())?;
+    /// A new handle to the tree of a body, shared with the scene: the caller's, to be freed.
+    fn punctual_scene_tree(
+        scene: Option<&punctual_scene>, id: punctual_body_id,
+        tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>
+    ) {
+        let body = get(scene, "scene")?.body(id.into())?;
         put(tree, || Ok(punctual_tree::new(Arc::clone(&body.tree))))
-    })
-}
+    }
 
-/// The ids of all bodies, by index: as many as `capacity` allows are written to `ids`, and how many there are to `count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_bodies(
-    scene: Option<&punctual_scene>,
-    ids: *mut punctual_body_id,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_scene_bodies", || {
-        let scene = punctual_scene::get(scene)?;
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            list(
-                ids,
-                capacity,
-                "ids",
-                given(count, "count")?,
-                scene.bodies().map(|(id, _)| id),
-            )
-        }
-    })
-}
-
-/// Moves a body. Setting the pose that it already has is a no-op.
-///
-/// Fails with BAD_POSE if the pose is refused; the body then stays where it was.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_pose(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    pose: punctual_pose,
-) -> punctual_status {
-    door("punctual_scene_set_pose", || {
+    /// Moves a body. Setting the pose that it already has is a no-op.
+    ///
+    /// Fails with BAD_POSE if the pose is refused; the body then stays where it was.
+    fn punctual_scene_set_pose(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, pose: punctual_pose
+    ) {
         let pose = pose.check()?;
-        punctual_scene::change(scene, |scene| Ok(scene.set_pose(id.into(), pose)?))
-    })
-}
+        change(scene, "scene", |scene| Ok(scene.set_pose(id.into(), pose)?))
+    }
 
-/// Gives a body another tree.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_tree(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    tree: Option<&punctual_tree>,
-) -> punctual_status {
-    door("punctual_scene_set_tree", || {
-        let tree = Arc::clone(given(tree, "tree")?.0.get("tree")?);
-        punctual_scene::change(scene, |scene| Ok(scene.set_tree(id.into(), tree)?))
-    })
-}
+    /// Gives a body another tree.
+    fn punctual_scene_set_tree(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, tree: Option<&punctual_tree>
+    ) {
+        let tree = Arc::clone(get(tree, "tree")?);
+        change(scene, "scene", |scene| Ok(scene.set_tree(id.into(), tree)?))
+    }
 
-/// Moves the vertices of a body's mesh, as `punctual_tree_refit_f32`. If handles or other bodies share its tree, the body gets
-/// one of its own first.
-///
-/// Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the shape is unchanged then.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_refit_f32(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    vertices: *const f32,
-    vertex_count: usize,
-) -> punctual_status {
-    door("punctual_scene_refit_f32", || {
+    /// Moves the vertices of a body's mesh, as `punctual_tree_refit_f32`. If handles or other
+    /// bodies share its tree, the body gets one of its own first.
+    ///
+    /// Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the
+    /// shape is unchanged then.
+    unsafe fn punctual_scene_refit_f32(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, vertices: *const f32,
+        vertex_count: usize
+    ) {
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
-        punctual_scene::change(scene, |scene| {
-            Ok(scene.tree_mut(id.into())?.refit(vertices)?)
-        })
-    })
-}
+        change(scene, "scene", |scene| Ok(scene.tree_mut(id.into())?.refit(vertices)?))
+    }
 
-/// Like `punctual_scene_refit_f32`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_refit_f64(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    vertices: *const f64,
-    vertex_count: usize,
-) -> punctual_status {
-    door("punctual_scene_refit_f64", || {
+    /// Like `punctual_scene_refit_f32`.
+    unsafe fn punctual_scene_refit_f64(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, vertices: *const f64,
+        vertex_count: usize
+    ) {
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
-        punctual_scene::change(scene, |scene| {
-            Ok(scene.tree_mut(id.into())?.refit_f64(vertices)?)
-        })
-    })
-}
+        change(scene, "scene", |scene| Ok(scene.tree_mut(id.into())?.refit_f64(vertices)?))
+    }
 
-/// Says whom a body may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a bit set.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_filter(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    groups: u32,
-    mask: u32,
-) -> punctual_status {
-    punctual_scene::alter("punctual_scene_set_filter", scene, |scene| {
-        scene.set_filter(id.into(), Filter::new(groups, mask))
-    })
-}
+    /// Says whom a body may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both
+    /// have a bit set.
+    fn punctual_scene_set_filter(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, groups: u32, mask: u32
+    ) {
+        change(scene, "scene", |scene| Ok(scene.set_filter(id.into(), Filter::new(groups, mask))?))
+    }
 
-/// Says how much the pairs of a body matter.
-///
-/// Fails with BAD_ARGUMENT if the importance is NaN.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_importance(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    importance: f32,
-) -> punctual_status {
-    punctual_scene::alter("punctual_scene_set_importance", scene, |scene| {
-        scene.set_importance(id.into(), importance)
-    })
-}
+    /// Says how much the pairs of a body matter.
+    ///
+    /// Fails with BAD_ARGUMENT if the importance is NaN.
+    fn punctual_scene_set_importance(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, importance: f32
+    ) {
+        change(scene, "scene", |scene| Ok(scene.set_importance(id.into(), importance)?))
+    }
 
-/// Finds out which bodies meet, within a budget for the whole frame. `clock` may be null: the clock of the system; with one of
-/// the caller's, all is done on the calling thread. `report` may be null.
-///
-/// Under a time budget it ends in time as long as the broad phase alone does; under a work budget, which does not count the
-/// broad phase, it gives the same report on any number of threads. It allocates only as the scene grows: in a frame with more bodies,
-/// or with more pairs of overlapping boxes, than any before it, and in the 64 frames after it had more bodies than ever.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_detect(
-    scene: Option<&mut punctual_scene>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    report: *mut punctual_report,
-) -> punctual_status {
-    door("punctual_scene_detect", || {
+    /// Finds out which bodies meet, within a budget for the whole frame. `clock` may be null: the
+    /// clock of the system; with one of the caller's, all is done on the calling thread. `report`
+    /// may be null.
+    ///
+    /// Under a time budget it ends in time as long as the broad phase alone does; under a work
+    /// budget, which does not count the broad phase, it gives the same report on any number of
+    /// threads. It allocates only as the scene grows: in a frame with more bodies, or with more
+    /// pairs of overlapping boxes, than any before it, and in the 64 frames after it had more
+    /// bodies than ever.
+    unsafe fn punctual_scene_detect(
+        scene: Option<&mut punctual_scene>, budget: punctual_budget, clock: Option<&punctual_clock>,
+        report: *mut punctual_report
+    ) {
         let budget = budget.check()?;
         // SAFETY: the contract of the header for clocks.
-        let clock = clock
-            .map(|clock| unsafe { AnyClock::new(Some(clock)) })
-            .transpose()?;
+        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
         let report = if report.is_null() {
             None
         } else {
             // SAFETY: that for structs.
             Some(unsafe { place(report, "report") }?)
         };
-        punctual_scene::change(scene, |scene| {
+        change(scene, "scene", |scene| {
             let found = match &clock {
                 Some(clock) => scene.detect(budget.clock(clock)),
                 None => scene.detect(budget),
@@ -522,64 +386,23 @@ pub unsafe extern "C" fn punctual_scene_detect(
             }
             Ok(())
         })
-    })
-}
+    }
 
-/// What the last frame found.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_report(
-    scene: Option<&punctual_scene>,
-    report: *mut punctual_report,
-) -> punctual_status {
-    door("punctual_scene_report", || {
-        let scene = punctual_scene::get(scene)?;
+    /// What the last frame found.
+    unsafe fn punctual_scene_report(scene: Option<&punctual_scene>, report: *mut punctual_report) {
+        let scene = get(scene, "scene")?;
         // SAFETY: the contract of the header for structs.
         unsafe { place(report, "report") }?.write(scene.report().into());
         Ok(())
-    })
-}
+    }
 
-/// The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is asked for, ascending by
-/// index, as
-/// far as they are known and listed. As many as `capacity` allows are written to `pairs`, and how many there are to
-/// `count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_pairs(
-    scene: Option<&punctual_scene>,
-    pairs: *mut punctual_pair_report,
-    pairs_size: usize,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_scene_pairs", || {
-        let scene = punctual_scene::get(scene)?;
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            rows(
-                pairs,
-                pairs_size,
-                capacity,
-                "pairs",
-                given(count, "count")?,
-                scene.report().pairs.iter(),
-            )
-        }
-    })
-}
-
-/// What the last frame found about two bodies, by binary search. `listed` says whether it has the pair; if not, `pair` is left
-/// alone.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_pair(
-    scene: Option<&punctual_scene>,
-    x: punctual_body_id,
-    y: punctual_body_id,
-    pair: *mut punctual_pair_report,
-    pair_size: usize,
-    listed: Option<&mut MaybeUninit<bool>>,
-) -> punctual_status {
-    door("punctual_scene_pair", || {
-        let scene = punctual_scene::get(scene)?;
+    /// What the last frame found about two bodies, by binary search. `listed` says whether it has
+    /// the pair; if not, `pair` is left alone.
+    unsafe fn punctual_scene_pair(
+        scene: Option<&punctual_scene>, x: punctual_body_id, y: punctual_body_id,
+        pair: *mut punctual_pair_report, pair_size: usize, listed: Option<&mut MaybeUninit<bool>>
+    ) {
+        let scene = get(scene, "scene")?;
         if pair.is_null() {
             return Err(Fault::Null("pair"));
         }
@@ -591,37 +414,26 @@ pub unsafe extern "C" fn punctual_scene_pair(
         let written = unsafe { fill_rows(pair, pair_size, 1, "pair", found.into_iter()) }?;
         listed.write(written == 1);
         Ok(())
-    })
-}
+    }
 
-/// Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its
-/// partners came
-/// to its end. Of two such bodies that may meet and are not in `punctual_scene_pairs` together the boxes are apart if
-/// `unlisted` of the report is 0.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_partners_known(
-    scene: Option<&punctual_scene>,
-    id: punctual_body_id,
-    known: Option<&mut MaybeUninit<bool>>,
-) -> punctual_status {
-    door("punctual_scene_partners_known", || {
-        let (scene, known) = (punctual_scene::get(scene)?, given(known, "known")?);
+    /// Whether the last frame knew all bodies that this one may meet: it was placed where it is,
+    /// and the search for its partners came to its end. Of two such bodies that may meet and are
+    /// not in `punctual_scene_pairs` together the boxes are apart if `unlisted` of the report is 0.
+    fn punctual_scene_partners_known(
+        scene: Option<&punctual_scene>, id: punctual_body_id, known: Option<&mut MaybeUninit<bool>>
+    ) {
+        let (scene, known) = (get(scene, "scene")?, given(known, "known")?);
         known.write(scene.partners_known(id.into())?);
         Ok(())
-    })
-}
+    }
 
-/// What the last frame left open about two bodies. Takes time linear in what is open. Fails with BAD_ARGUMENT if both are the
-/// same.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_certificate(
-    scene: Option<&punctual_scene>,
-    x: punctual_body_id,
-    y: punctual_body_id,
-    certificate: *mut punctual_pair_certificate,
-) -> punctual_status {
-    door("punctual_scene_certificate", || {
-        let scene = punctual_scene::get(scene)?;
+    /// What the last frame left open about two bodies. Takes time linear in what is open. Fails
+    /// with BAD_ARGUMENT if both are the same.
+    unsafe fn punctual_scene_certificate(
+        scene: Option<&punctual_scene>, x: punctual_body_id, y: punctual_body_id,
+        certificate: *mut punctual_pair_certificate
+    ) {
+        let scene = get(scene, "scene")?;
         // SAFETY: the contract of the header for structs.
         let certificate = unsafe { place(certificate, "certificate") }?;
         let PairCertificate {
@@ -636,5 +448,16 @@ pub unsafe extern "C" fn punctual_scene_certificate(
             largest_extent,
         });
         Ok(())
-    })
+    }
+}
+
+lists! {
+    /// The ids of all bodies, by index.
+    list punctual_scene_bodies(scene: punctual_scene) -> ids: punctual_body_id =
+        scene.bodies().map(|(id, _)| id);
+
+    /// The pairs of the last frame: all that may meet and whose boxes overlap, or whose distance is
+    /// asked for, ascending by index, as far as they are known and listed.
+    rows punctual_scene_pairs(scene: punctual_scene) -> pairs: punctual_pair_report, pairs_size =
+        scene.report().pairs.iter();
 }

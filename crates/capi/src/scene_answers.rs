@@ -1,19 +1,20 @@
-//! What else scenes tell: margins, contacts that last, distances, motions until the next frame, and rays.
+//! What else scenes tell: margins, contacts that last, distances, motions until the next frame, and
+//! rays.
 
-use crate::arrays::list;
 use crate::body::punctual_body_id;
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::handle::{change, set};
 use crate::motion::punctual_motion;
 use crate::outcome::{nanoseconds, punctual_stop_reason};
 use crate::rays::{check_mode, punctual_ray, punctual_ray_hit, punctual_ray_query};
 use crate::scene::punctual_scene;
-use crate::sized::{begin, grows, place, read, rows};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::sized::{grows, place, read};
+use crate::status::Fault;
+use crate::verbs::{calls, inits, lists};
 use crate::workspace::punctual_triangle_pair;
 use ::punctual_scene::{
     BodyContact, BodyHit, ContactPhase, Filter, PairDistance, PairPassage, SceneCast, SceneRay,
 };
-use core::mem::MaybeUninit;
 
 /// What becomes of a contact of two bodies in a frame.
 #[repr(u32)]
@@ -25,13 +26,13 @@ pub enum punctual_contact_phase {
     Began = 1,
     /// They are proven to touch again.
     Persists = 2,
-    /// They are proven to be apart, or one was removed, or they may not meet any more, or both are fixed and their distance is
-    /// asked for no more.
+    /// They are proven to be apart, or one was removed, or they may not meet any more, or both are
+    /// fixed and their distance is asked for no more.
     Ended = 3,
 }
 
-/// A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies may have parted and met again
-/// unseen.
+/// A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies
+/// may have parted and met again unseen.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct punctual_body_contact {
@@ -57,21 +58,22 @@ pub struct punctual_pair_distance {
     pub b: punctual_body_id,
     /// Proven: no point of one surface was closer to the other; 0 if nothing is known.
     pub low: f64,
-    /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
+    /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is
+    /// known.
     pub high: f64,
     /// Whether triangles were found; if not, they are zeros.
     pub has_triangles: bool,
     /// The closest triangles that were found.
     pub triangles: punctual_triangle_pair,
-    /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
-    /// nothing is known.
+    /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As
+    /// many as there were if nothing is known.
     pub age: u64,
 }
 
 grows!(punctual_pair_distance: high..age);
 
-/// Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions. If their
-/// distance is asked for too, that is the one at time 0.
+/// Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the
+/// end of their motions. If their distance is asked for too, that is the one at time 0.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_pair_passage {
@@ -79,8 +81,8 @@ pub struct punctual_pair_passage {
     pub a: punctual_body_id,
     /// The other one.
     pub b: punctual_body_id,
-    /// Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the budget did not reach the
-    /// pair.
+    /// Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the
+    /// budget did not reach the pair.
     pub free_until: f64,
     /// Whether a contact was found (yet); if not, its time and the triangles are zeros.
     pub touches: bool,
@@ -120,7 +122,8 @@ grows!(punctual_scene_ray: size, ray..has_body);
 pub struct punctual_body_hit {
     /// The body; zeros without a hit.
     pub body: punctual_body_id,
-    /// The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in the scene.
+    /// The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in
+    /// the scene.
     pub on_body: punctual_ray_hit,
 }
 
@@ -132,169 +135,74 @@ pub struct punctual_scene_ray_cast {
     pub size: u32,
     /// The nearest hit of those found; for RAY_MODE_ANY the one found.
     pub hit: punctual_body_hit,
-    /// How many triangles were found to be hit; for RAY_MODE_ALL those of `punctual_scene_ray_hits`.
+    /// How many triangles were found to be hit; for RAY_MODE_ALL those of
+    /// `punctual_scene_ray_hits`.
     pub found: u64,
-    /// Proven: no hit that was not found lies before this parameter. Of a nearest hit that is known, its own; infinite if
-    /// nothing is left to be found.
+    /// Proven: no hit that was not found lies before this parameter. Of a nearest hit that is
+    /// known, its own; infinite if nothing is left to be found.
     pub free_until: f64,
     /// Why it returned.
     pub stop: punctual_stop_reason,
     /// Work done.
     pub work: u64,
-    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
+    /// budget.
     pub elapsed: i64,
 }
 
 grows!(punctual_scene_ray_cast: size, hit..elapsed);
 
-/// Thickens a body by a margin, a length. Its pairs are said to meet when they come within the sum of their margins.
-///
-/// Fails with BAD_ARGUMENT if the margin is not from 0 to 2^1000.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_margin(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    margin: f64,
-) -> punctual_status {
-    punctual_scene::alter("punctual_scene_set_margin", scene, |scene| {
-        scene.set_margin(id.into(), margin)
-    })
-}
+calls! {
+    /// Thickens a body by a margin, a length. Its pairs are said to meet when they come within the
+    /// sum of their margins.
+    ///
+    /// Fails with BAD_ARGUMENT if the margin is not from 0 to 2^1000.
+    fn punctual_scene_set_margin(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, margin: f64
+    ) {
+        change(scene, "scene", |scene| Ok(scene.set_margin(id.into(), margin)?))
+    }
 
-/// From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch, go on, and part. Off by default.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_track_contacts(
-    scene: Option<&mut punctual_scene>,
-) -> punctual_status {
-    door("punctual_scene_track_contacts", || {
-        punctual_scene::set(scene, |scene| scene.track_contacts())
-    })
-}
+    /// From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch,
+    /// go on, and part. Off by default.
+    fn punctual_scene_track_contacts(scene: Option<&mut punctual_scene>) {
+        set(scene, "scene", |scene| scene.track_contacts())
+    }
 
-/// The contacts of the last frame, ascending by index: as many as `capacity` allows are written to `contacts`, and how many
-/// there are to `count`. None unless they are tracked.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_contacts(
-    scene: Option<&punctual_scene>,
-    contacts: *mut punctual_body_contact,
-    contacts_size: usize,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_scene_contacts", || {
-        let scene = punctual_scene::get(scene)?;
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            rows(
-                contacts,
-                contacts_size,
-                capacity,
-                "contacts",
-                given(count, "count")?,
-                scene.report().contacts.iter(),
-            )
-        }
-    })
-}
+    /// Asks for the distance of two bodies in every frame from now on, wherever they are, if they
+    /// may meet by their filters; their margins count. The pair is in the report as well and shares
+    /// the budget like any other. A frame is done with it when `high - low` is no more than
+    /// `tolerance`, a length. Asked again, it has another tolerance.
+    ///
+    /// Fails with BAD_ARGUMENT if both bodies are the same, or the tolerance is not from 0 to
+    /// 2^1000.
+    fn punctual_scene_measure(
+        scene: Option<&mut punctual_scene>, x: punctual_body_id, y: punctual_body_id,
+        tolerance: f64
+    ) {
+        change(scene, "scene", |scene| Ok(scene.measure(x.into(), y.into(), tolerance)?))
+    }
 
-/// Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters; their
-/// margins count. The pair is in the report as well and shares the budget like any other. A frame is done with it when
-/// `high - low` is no more than `tolerance`, a length. Asked again, it has another tolerance.
-///
-/// Fails with BAD_ARGUMENT if both bodies are the same, or the tolerance is not from 0 to 2^1000.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_measure(
-    scene: Option<&mut punctual_scene>,
-    x: punctual_body_id,
-    y: punctual_body_id,
-    tolerance: f64,
-) -> punctual_status {
-    punctual_scene::alter("punctual_scene_measure", scene, |scene| {
-        scene.measure(x.into(), y.into(), tolerance)
-    })
-}
+    /// Asks for the distance of two bodies no more. Nothing changes if it was not asked for. Fails
+    /// with BAD_ARGUMENT if both are the same.
+    fn punctual_scene_stop_measuring(
+        scene: Option<&mut punctual_scene>, x: punctual_body_id, y: punctual_body_id
+    ) {
+        change(scene, "scene", |scene| Ok(scene.stop_measuring(x.into(), y.into())?))
+    }
 
-/// Asks for the distance of two bodies no more. Nothing changes if it was not asked for. Fails with BAD_ARGUMENT if both are the
-/// same.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_stop_measuring(
-    scene: Option<&mut punctual_scene>,
-    x: punctual_body_id,
-    y: punctual_body_id,
-) -> punctual_status {
-    punctual_scene::alter("punctual_scene_stop_measuring", scene, |scene| {
-        scene.stop_measuring(x.into(), y.into())
-    })
-}
-
-/// The distances of the last frame that are asked for, ascending by index, whether their pairs had a turn or not: as many as
-/// `capacity` allows are written to `distances`, and how many there are to `count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_distances(
-    scene: Option<&punctual_scene>,
-    distances: *mut punctual_pair_distance,
-    distances_size: usize,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_scene_distances", || {
-        let found = punctual_scene::get(scene)?.distances();
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            rows(
-                distances,
-                distances_size,
-                capacity,
-                "distances",
-                given(count, "count")?,
-                found,
-            )
-        }
-    })
-}
-
-/// Moves a body to where a motion begins, and says where it goes until the next frame, time 1. It stays so until
-/// `punctual_scene_set_pose` or another motion. A pair whose distance is asked for has both: its distance at time 0, and its time
-/// of impact.
-///
-/// Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it was.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_motion(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    motion: punctual_motion,
-) -> punctual_status {
-    door("punctual_scene_set_motion", || {
+    /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1.
+    /// It stays so until `punctual_scene_set_pose` or another motion. A pair whose distance is
+    /// asked for has both: its distance at time 0, and its time of impact.
+    ///
+    /// Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it
+    /// was.
+    fn punctual_scene_set_motion(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, motion: punctual_motion
+    ) {
         let motion = motion.check()?;
-        punctual_scene::change(scene, |scene| Ok(scene.set_motion(id.into(), motion)?))
-    })
-}
-
-/// Until when the pairs of the last frame are free of which one or both bodies have a motion, ascending by index: as many as
-/// `capacity` allows are written to `passages`, and how many there are to `count`. Others, if `unplaced`, `unpaired` and
-/// `unlisted` of the report are 0, do not meet on their way.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_passages(
-    scene: Option<&punctual_scene>,
-    passages: *mut punctual_pair_passage,
-    passages_size: usize,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_scene_passages", || {
-        let scene = punctual_scene::get(scene)?;
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            rows(
-                passages,
-                passages_size,
-                capacity,
-                "passages",
-                given(count, "count")?,
-                scene.passages(),
-            )
-        }
-    })
+        change(scene, "scene", |scene| Ok(scene.set_motion(id.into(), motion)?))
+    }
 }
 
 impl Default for punctual_scene_ray {
@@ -313,48 +221,30 @@ impl Default for punctual_scene_ray {
     }
 }
 
-/// The question for the nearest hit of a ray in a scene. Checked when it is cast.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_ray_init(
-    scene_ray: *mut punctual_scene_ray,
-    size: usize,
-    ray: punctual_ray,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe {
-        begin(
-            scene_ray,
-            size,
-            punctual_scene_ray {
-                ray,
-                ..Default::default()
-            },
-        )
-    }
+inits! {
+    /// The question for the nearest hit of a ray in a scene. Checked when it is cast.
+    punctual_scene_ray_init(scene_ray: punctual_scene_ray, ray: punctual_ray) { ray }
 }
 
-/// Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every body is seen at the pose that was
-/// set last, whether there was a frame since or not; those that changed since are looked at one by one, so cast rays after
-/// `punctual_scene_detect` rather than before it. It allocates only in a scene with more bodies, or for more hits, than any before.
-///
-/// Fails with BAD_ARGUMENT if the ray is refused, or has no image in the coordinates of a body's mesh.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_cast(
-    scene: Option<&mut punctual_scene>,
-    ray: *const punctual_scene_ray,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    cast: *mut punctual_scene_ray_cast,
-) -> punctual_status {
-    door("punctual_scene_cast", || {
+calls! {
+    /// Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every
+    /// body is seen at the pose that was set last, whether there was a frame since or not; those
+    /// that changed since are looked at one by one, so cast rays after `punctual_scene_detect`
+    /// rather than before it. It allocates only in a scene with more bodies, or for more hits, than
+    /// any before.
+    ///
+    /// Fails with BAD_ARGUMENT if the ray is refused, or has no image in the coordinates of a
+    /// body's mesh.
+    unsafe fn punctual_scene_cast(
+        scene: Option<&mut punctual_scene>, ray: *const punctual_scene_ray, budget: punctual_budget,
+        clock: Option<&punctual_clock>, cast: *mut punctual_scene_ray_cast
+    ) {
         // SAFETY: the contract of the header for structs and clocks.
         let (ray, cast) = unsafe { (read(ray, "ray")?.check()?, place(cast, "cast")?) };
         let budget = budget.check()?;
         // SAFETY: the same.
-        let clock = clock
-            .map(|clock| unsafe { AnyClock::new(Some(clock)) })
-            .transpose()?;
-        let found = punctual_scene::change(scene, |scene| {
+        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
+        let found = change(scene, "scene", |scene| {
             Ok(match &clock {
                 Some(clock) => scene.cast(&ray, budget.clock(clock))?,
                 None => scene.cast(&ray, budget)?,
@@ -362,31 +252,7 @@ pub unsafe extern "C" fn punctual_scene_cast(
         })?;
         cast.write(found.into());
         Ok(())
-    })
-}
-
-/// The hits of the last cast, if it was for all hits: of one body after the other, in order of discovery. As many as `capacity`
-/// allows are written to `hits`, and how many there are to `count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_ray_hits(
-    scene: Option<&punctual_scene>,
-    hits: *mut punctual_body_hit,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_scene_ray_hits", || {
-        let scene = punctual_scene::get(scene)?;
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            list(
-                hits,
-                capacity,
-                "hits",
-                given(count, "count")?,
-                scene.ray_hits().iter().map(|&hit| Some(hit)),
-            )
-        }
-    })
+    }
 }
 
 impl punctual_scene_ray {
@@ -420,23 +286,14 @@ impl From<&BodyContact> for punctual_body_contact {
 
 impl From<PairDistance> for punctual_pair_distance {
     fn from(pair: PairDistance) -> Self {
-        let PairDistance {
-            low,
-            high,
-            triangles,
-            age,
-            ..
-        } = pair;
-        let (has_triangles, triangles) =
-            (triangles.is_some(), triangles.unwrap_or_default().into());
         Self {
             a: pair.a.into(),
             b: pair.b.into(),
-            low,
-            high,
-            has_triangles,
-            triangles,
-            age,
+            low: pair.low,
+            high: pair.high,
+            has_triangles: pair.triangles.is_some(),
+            triangles: pair.triangles.unwrap_or_default().into(),
+            age: pair.age,
         }
     }
 }
@@ -466,23 +323,36 @@ impl From<Option<BodyHit>> for punctual_body_hit {
 
 impl From<SceneCast> for punctual_scene_ray_cast {
     fn from(cast: SceneCast) -> Self {
-        let SceneCast {
-            hit,
-            found,
-            free_until,
-            stop,
-            work,
-            elapsed,
-            ..
-        } = cast;
         Self {
             size: Self::SIZE,
-            hit: hit.into(),
-            found,
-            free_until,
-            stop: stop.into(),
-            work,
-            elapsed: nanoseconds(elapsed),
+            hit: cast.hit.into(),
+            found: cast.found,
+            free_until: cast.free_until,
+            stop: cast.stop.into(),
+            work: cast.work,
+            elapsed: nanoseconds(cast.elapsed),
         }
     }
+}
+
+lists! {
+    /// The contacts of the last frame, ascending by index. None unless they are tracked.
+    rows punctual_scene_contacts(scene: punctual_scene)
+        -> contacts: punctual_body_contact, contacts_size = scene.report().contacts.iter();
+
+    /// The distances of the last frame that are asked for, ascending by index, whether their pairs
+    /// had a turn or not.
+    rows punctual_scene_distances(scene: punctual_scene)
+        -> distances: punctual_pair_distance, distances_size = scene.distances();
+
+    /// Until when the pairs of the last frame are free of which one or both bodies have a motion,
+    /// ascending by index. Others, if `unplaced`, `unpaired` and `unlisted` of the report are 0, do
+    /// not meet on their way.
+    rows punctual_scene_passages(scene: punctual_scene)
+        -> passages: punctual_pair_passage, passages_size = scene.passages();
+
+    /// The hits of the last cast, if it was for all hits: of one body after the other, in order of
+    /// discovery.
+    list punctual_scene_ray_hits(scene: punctual_scene) -> hits: punctual_body_hit =
+        scene.ray_hits().iter().map(|&hit| Some(hit));
 }

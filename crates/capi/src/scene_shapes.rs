@@ -1,17 +1,20 @@
-//! Questions about a scene between frames: many rays, a shape on its way, overlaps, the closest body; and named groups.
+//! Questions about a scene between frames: many rays, a shape on its way, overlaps, the closest
+//! body; and named groups.
 
 use crate::arrays::{list, text};
 use crate::body::punctual_body_id;
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::handle::change;
 use crate::motion::{punctual_motion, punctual_motion_straight};
 use crate::outcome::{nanoseconds, punctual_stop_reason, punctual_verdict, verdict};
 use crate::pose::{punctual_point, punctual_pose_identity};
 use crate::query::check_mode;
 use crate::scene::punctual_scene;
 use crate::scene_answers::{punctual_scene_ray, punctual_scene_ray_cast};
-use crate::sized::{begin, fill_rows, grows, place, read, read_all, rows};
-use crate::status::{Fault, door, given, punctual_status};
+use crate::sized::{fill_rows, grows, place, read, read_all, rows};
+use crate::status::{Fault, given};
 use crate::tree::punctual_tree;
+use crate::verbs::{calls, inits};
 use crate::workspace::punctual_triangle_pair;
 use ::punctual_scene::{
     BodyOverlap, Closest, Filter, GroupId, Overlap, Scene, SceneError, SceneShape, ShapeCast,
@@ -25,8 +28,8 @@ use punctual::glam::DVec3;
 /// No group of a scene.
 pub const PUNCTUAL_NO_GROUP: u64 = u64::MAX;
 
-/// What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. Plain data, made by
-/// `punctual_scene_shape_new`.
+/// What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. Plain
+/// data, made by `punctual_scene_shape_new`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_scene_shape<'t> {
@@ -36,7 +39,8 @@ pub struct punctual_scene_shape<'t> {
     pub has_body: u32,
     /// Its tree; null for a point, the start of `motion`, which then has no turn.
     pub tree: Option<&'t punctual_tree>,
-    /// Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a cast are about its start.
+    /// Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a cast
+    /// are about its start.
     pub motion: punctual_motion,
     /// A length by which it is thickened: a point is then a ball; 0 by default.
     pub margin: f64,
@@ -60,14 +64,15 @@ pub struct punctual_shape_hit {
     pub body: punctual_body_id,
     /// Whether there is a body.
     pub is_there: bool,
-    /// Whether triangles and points were found; not if one is inside the other. If not, they are zeros.
+    /// Whether triangles and points were found; not if one is inside the other. If not, they are
+    /// zeros.
     pub has_points: bool,
     /// Whether there is a normal; not where the triangles intersect. If not, it is zero.
     pub has_normal: bool,
     /// Triangle of the body, triangle of the shape.
     pub triangles: punctual_triangle_pair,
-    /// Their closest points in the coordinates of the scene, of the body and of the shape, each moved towards the other by its
-    /// margin.
+    /// Their closest points in the coordinates of the scene, of the body and of the shape, each
+    /// moved towards the other by its margin.
     pub points: [punctual_point; 2],
     /// Unit vector from the body to the shape.
     pub normal: punctual_point,
@@ -89,7 +94,8 @@ pub struct punctual_shape_cast {
     pub hit: punctual_shape_hit,
     /// Work done.
     pub work: u64,
-    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
+    /// budget.
     pub elapsed: i64,
 }
 
@@ -111,7 +117,8 @@ pub struct punctual_closest_body {
     pub hit: punctual_shape_hit,
     /// Work done.
     pub work: u64,
-    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
+    /// budget.
     pub elapsed: i64,
 }
 
@@ -143,12 +150,13 @@ pub struct punctual_overlap {
     pub met: u64,
     /// How many bodies have boxes that overlap its own and were not decided.
     pub undecided: u64,
-    /// 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes were compared, or of MODE_ANY, if
-    /// a first body was enough.
+    /// 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes were
+    /// compared, or of MODE_ANY, if a first body was enough.
     pub is_whole: u64,
     /// Work done.
     pub work: u64,
-    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
+    /// budget.
     pub elapsed: i64,
 }
 
@@ -171,26 +179,12 @@ impl Default for punctual_scene_shape<'_> {
     }
 }
 
-/// A shape without a margin, which asks all bodies. `tree` may be null: a point. Checked when it is asked about.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_shape_init<'t>(
-    shape: *mut punctual_scene_shape<'t>,
-    size: usize,
-    tree: Option<&'t punctual_tree>,
-    motion: punctual_motion,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe {
-        begin(
-            shape,
-            size,
-            punctual_scene_shape {
-                tree,
-                motion,
-                ..Default::default()
-            },
-        )
-    }
+inits! {
+    /// A shape without a margin, which asks all bodies. `tree` may be null: a point. Checked when
+    /// it is asked about.
+    punctual_scene_shape_init(
+        shape: punctual_scene_shape<'t>, tree: Option<&'t punctual_tree>, motion: punctual_motion
+    ) { tree, motion }
 }
 
 impl punctual_scene_shape<'_> {
@@ -227,7 +221,7 @@ impl punctual_scene_shape<'_> {
             (read(shape, "shape")?, clock.transpose()?)
         };
         let shape = shape.check()?;
-        punctual_scene::change(scene, |scene| {
+        change(scene, "scene", |scene| {
             Ok(match &clock {
                 Some(clock) => ask(scene, &shape, budget.clock(clock))?,
                 None => ask(scene, &shape, budget.into())?,
@@ -236,19 +230,16 @@ impl punctual_scene_shape<'_> {
     }
 }
 
-/// Finds which body a shape meets first on its way, within a budget of its own. `clock` may be null: the clock of the system.
-/// Bodies are where they were put last; their own motions do not count. Their margins do.
-///
-/// Fails with BAD_POSE or BAD_ARGUMENT if the shape is refused, and with NO_SUCH_BODY.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_cast_shape(
-    scene: Option<&mut punctual_scene>,
-    shape: *const punctual_scene_shape<'_>,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    cast: *mut punctual_shape_cast,
-) -> punctual_status {
-    door("punctual_scene_cast_shape", || {
+calls! {
+    /// Finds which body a shape meets first on its way, within a budget of its own. `clock` may be
+    /// null: the clock of the system. Bodies are where they were put last; their own motions do not
+    /// count. Their margins do.
+    ///
+    /// Fails with BAD_POSE or BAD_ARGUMENT if the shape is refused, and with NO_SUCH_BODY.
+    unsafe fn punctual_scene_cast_shape(
+        scene: Option<&mut punctual_scene>, shape: *const punctual_scene_shape<'_>,
+        budget: punctual_budget, clock: Option<&punctual_clock>, cast: *mut punctual_shape_cast
+    ) {
         // SAFETY: the contract of the header for structs and clocks.
         let (cast, found) = unsafe {
             let found =
@@ -259,21 +250,15 @@ pub unsafe extern "C" fn punctual_scene_cast_shape(
         };
         cast.write(found.into());
         Ok(())
-    })
-}
+    }
 
-/// Finds the body that is closest to a shape and no farther than `within`, 0 to infinity. Otherwise as
-/// `punctual_scene_cast_shape`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_closest(
-    scene: Option<&mut punctual_scene>,
-    shape: *const punctual_scene_shape<'_>,
-    within: f64,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    closest: *mut punctual_closest_body,
-) -> punctual_status {
-    door("punctual_scene_closest", || {
+    /// Finds the body that is closest to a shape and no farther than `within`, 0 to infinity.
+    /// Otherwise as `punctual_scene_cast_shape`.
+    unsafe fn punctual_scene_closest(
+        scene: Option<&mut punctual_scene>, shape: *const punctual_scene_shape<'_>, within: f64,
+        budget: punctual_budget, clock: Option<&punctual_clock>,
+        closest: *mut punctual_closest_body
+    ) {
         // SAFETY: the contract of the header for structs and clocks.
         let (closest, found) = unsafe {
             let found =
@@ -284,27 +269,17 @@ pub unsafe extern "C" fn punctual_scene_closest(
         };
         closest.write(found.into());
         Ok(())
-    })
-}
+    }
 
-/// Finds the bodies that a shape meets, MODE_ALL or MODE_ANY of them; of two solids, what is inside meets. As many as there is
-/// room for are written to `met` and to `undecided`, by index; how many there are is in `overlap`. Otherwise as
-/// `punctual_scene_cast_shape`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_overlap(
-    scene: Option<&mut punctual_scene>,
-    shape: *const punctual_scene_shape<'_>,
-    mode: u32,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    met: *mut punctual_body_overlap,
-    met_size: usize,
-    met_capacity: usize,
-    undecided: *mut punctual_body_id,
-    undecided_capacity: usize,
-    overlap: *mut punctual_overlap,
-) -> punctual_status {
-    door("punctual_scene_overlap", || {
+    /// Finds the bodies that a shape meets, MODE_ALL or MODE_ANY of them; of two solids, what is
+    /// inside meets. As many as there is room for are written to `met` and to `undecided`, by
+    /// index; how many there are is in `overlap`. Otherwise as `punctual_scene_cast_shape`.
+    unsafe fn punctual_scene_overlap(
+        scene: Option<&mut punctual_scene>, shape: *const punctual_scene_shape<'_>, mode: u32,
+        budget: punctual_budget, clock: Option<&punctual_clock>, met: *mut punctual_body_overlap,
+        met_size: usize, met_capacity: usize, undecided: *mut punctual_body_id,
+        undecided_capacity: usize, overlap: *mut punctual_overlap
+    ) {
         let mode = check_mode(mode, "mode")?;
         // SAFETY: the contract of the header for structs, arrays and clocks.
         unsafe {
@@ -323,38 +298,29 @@ pub unsafe extern "C" fn punctual_scene_overlap(
             overlap.write(found);
         }
         Ok(())
-    })
-}
+    }
 
-/// Casts `count` rays one after another within one budget, each as `punctual_scene_cast`, and writes their answers to `casts`. How
-/// many of them are answered, from the first, is written to `done`; the others are free until 0. With threads of the scene, a
-/// batch of more than 64 rays is shared among them, unless work is limited or the clock is the caller's; a budget of work, or
-/// none, gives the same bits on any number of them.
-///
-/// Fails with BAD_ARGUMENT for the first ray that is refused.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_cast_rays(
-    scene: Option<&mut punctual_scene>,
-    rays: *const punctual_scene_ray,
-    count: usize,
-    budget: punctual_budget,
-    clock: Option<&punctual_clock>,
-    casts: *mut punctual_scene_ray_cast,
-    casts_size: usize,
-    done: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_scene_cast_rays", || {
+    /// Casts `count` rays one after another within one budget, each as `punctual_scene_cast`, and
+    /// writes their answers to `casts`. How many of them are answered, from the first, is written
+    /// to `done`; the others are free until 0. With threads of the scene, a batch of more than 64
+    /// rays is shared among them, unless work is limited or the clock is the caller's; a budget of
+    /// work, or none, gives the same bits on any number of them.
+    ///
+    /// Fails with BAD_ARGUMENT for the first ray that is refused.
+    unsafe fn punctual_scene_cast_rays(
+        scene: Option<&mut punctual_scene>, rays: *const punctual_scene_ray, count: usize,
+        budget: punctual_budget, clock: Option<&punctual_clock>,
+        casts: *mut punctual_scene_ray_cast, casts_size: usize,
+        done: Option<&mut MaybeUninit<usize>>
+    ) {
         let (budget, done) = (budget.check()?, given(done, "done")?);
         // SAFETY: the contract of the header for arrays and clocks.
         let (rays, clock) = unsafe {
             let clock = clock.map(|clock| AnyClock::new(Some(clock)));
             (read_all(rays, count, "rays")?, clock.transpose()?)
         };
-        let rays: Vec<_> = rays
-            .iter()
-            .map(punctual_scene_ray::check)
-            .collect::<Result<_, _>>()?;
-        punctual_scene::change(scene, |scene| {
+        let rays: Vec<_> = rays.iter().map(punctual_scene_ray::check).collect::<Result<_, _>>()?;
+        change(scene, "scene", |scene| {
             let found = match &clock {
                 Some(clock) => scene.cast_rays(&rays, budget.clock(clock))?,
                 None => scene.cast_rays(&rays, budget)?,
@@ -370,56 +336,42 @@ pub unsafe extern "C" fn punctual_scene_cast_rays(
             // SAFETY: the contract of the header for arrays.
             unsafe { rows(casts, casts_size, count, "casts", &mut written, found) }
         })
-    })
-}
+    }
 
-/// The group of this name, a text in UTF-8; made if the scene has none yet.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_group(
-    scene: Option<&mut punctual_scene>,
-    name: *const c_char,
-    group: Option<&mut MaybeUninit<u64>>,
-) -> punctual_status {
-    door("punctual_scene_group", || {
+    /// The group of this name, a text in UTF-8; made if the scene has none yet.
+    unsafe fn punctual_scene_group(
+        scene: Option<&mut punctual_scene>, name: *const c_char,
+        group: Option<&mut MaybeUninit<u64>>
+    ) {
         let group = given(group, "group")?;
         // SAFETY: the contract of the header for texts.
         let name = unsafe { text(name, "name") }?;
-        let found = punctual_scene::change(scene, |scene| Ok(scene.group(name)))?;
+        let found = change(scene, "scene", |scene| Ok(scene.group(name)))?;
         group.write(found.to_bits());
         Ok(())
-    })
-}
+    }
 
-/// Moves a body to a group, or with PUNCTUAL_NO_GROUP out of its group.
-///
-/// Fails with BAD_ARGUMENT if the scene has no such group.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_group(
-    scene: Option<&mut punctual_scene>,
-    id: punctual_body_id,
-    group: u64,
-) -> punctual_status {
-    door("punctual_scene_set_group", || {
+    /// Moves a body to a group, or with PUNCTUAL_NO_GROUP out of its group.
+    ///
+    /// Fails with BAD_ARGUMENT if the scene has no such group.
+    fn punctual_scene_set_group(
+        scene: Option<&mut punctual_scene>, id: punctual_body_id, group: u64
+    ) {
         let group = (group != PUNCTUAL_NO_GROUP).then(|| GroupId::from_bits(group));
-        punctual_scene::change(scene, |scene| Ok(scene.set_group(id.into(), group)?))
-    })
-}
+        change(scene, "scene", |scene| Ok(scene.set_group(id.into(), group)?))
+    }
 
-/// Ignores all pairs of a body of one group and a body of the other from the next frame on, or (`ignores` is false) does no
-/// longer; twice the same group: its bodies do not meet each other.
-///
-/// Fails with BAD_ARGUMENT if the scene has no such group.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_ignore_groups(
-    scene: Option<&mut punctual_scene>,
-    x: u64,
-    y: u64,
-    ignores: bool,
-) -> punctual_status {
-    door("punctual_scene_ignore_groups", || {
+    /// Ignores all pairs of a body of one group and a body of the other from the next frame on, or
+    /// (`ignores` is false) does no longer; twice the same group: its bodies do not meet each
+    /// other.
+    ///
+    /// Fails with BAD_ARGUMENT if the scene has no such group.
+    fn punctual_scene_ignore_groups(
+        scene: Option<&mut punctual_scene>, x: u64, y: u64, ignores: bool
+    ) {
         let [x, y] = [x, y].map(GroupId::from_bits);
-        punctual_scene::change(scene, |scene| Ok(scene.ignore_groups(x, y, ignores)?))
-    })
+        change(scene, "scene", |scene| Ok(scene.ignore_groups(x, y, ignores)?))
+    }
 }
 
 impl From<Option<ShapeHit>> for punctual_shape_hit {

@@ -1,12 +1,10 @@
 //! Structs that may grow: what a caller and a library of different versions read and write of them.
 //!
-//! Such a struct begins with its size, as the caller knows it; of an array the size of one element is an argument
-//! beside its
-//! length. New fields come at the end, and 0 in them means what the library did before it had them. So of an older,
-//! shorter
-//! struct no byte behind its end is touched, and the fields that it lacks have their defaults. In a newer, longer one,
-//! what is
-//! not known here has to be 0 where it is read, and becomes 0 where it is written.
+//! Such a struct begins with its size, as the caller knows it; of an array the size of one element
+//! is an argument beside its length. New fields come at the end, and 0 in them means what the
+//! library did before it had them. So of an older, shorter struct no byte behind its end is
+//! touched, and the fields that it lacks have their defaults. In a newer, longer one, what is not
+//! known here has to be 0 where it is read, and becomes 0 where it is written.
 
 use crate::arrays::{check, room};
 use crate::status::Fault;
@@ -31,9 +29,8 @@ pub(crate) unsafe trait Grows: Copy {
 /// It does.
 pub(crate) unsafe trait Sized32: Grows {}
 
-/// `grows!(T: needed..last)`: every caller has the fields up to `needed`. Nothing follows `last`, so that a new field
-/// makes the
-/// struct longer rather than to fill its end.
+/// `grows!(T: needed..last)`: every caller has the fields up to `needed`. Nothing follows `last`,
+/// so that a new field makes the struct longer rather than to fill its end.
 macro_rules! grows {
     ($type:ty: $needed:ident..$last:ident) => {
         // SAFETY: `repr(C)` and plain, as all structs of the header.
@@ -64,7 +61,8 @@ pub(crate) const fn end<T, F>(offset: usize, _: fn(&T) -> &F) -> usize {
 /// A struct of the caller's; what it lacks has its default.
 ///
 /// # Safety
-/// `pointer` is null, or points to as many bytes as the struct there says, which nothing writes to meanwhile.
+/// `pointer` is null, or points to as many bytes as the struct there says, which nothing writes to
+/// meanwhile.
 pub(crate) unsafe fn read<T: Sized32 + Default>(
     pointer: *const T,
     what: &'static str,
@@ -147,7 +145,8 @@ impl<T: Sized32> Place<T> {
     }
 }
 
-/// Makes a struct of so many bytes what it is by default. Nothing is written if it cannot be of that size.
+/// Makes a struct of so many bytes what it is by default. Nothing is written if it cannot be of
+/// that size.
 ///
 /// # Safety
 /// `pointer` is null or points to as many bytes, which nothing else uses meanwhile.
@@ -160,7 +159,8 @@ pub(crate) unsafe fn begin<T: Sized32>(pointer: *mut T, size: usize, value: T) {
 /// Writes as many items as there is room for, each to `size` bytes. How many items there are.
 ///
 /// # Safety
-/// `pointer` is null or points to room for `capacity` elements of that size, which nothing else uses meanwhile.
+/// `pointer` is null or points to room for `capacity` elements of that size, which nothing else
+/// uses meanwhile.
 pub(crate) unsafe fn fill_rows<T: Grows>(
     pointer: *mut T,
     size: usize,
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn no_byte_beyond_a_struct_is_written_and_none_of_it_is_left() {
+    fn a_write_fills_the_struct_and_stays_within_it() {
         let value = Grown {
             size: Grown::SIZE,
             first: 4,
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_are_as_far_apart_as_the_caller_has_them() {
+    fn arrays_have_the_element_size_of_the_caller() {
         let items = [1, 2, 3].map(|first| Grown {
             first,
             ..Grown::default()

@@ -13,8 +13,9 @@ use punctual_io::{FileError, ReadError};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and nothing was changed
-/// (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text that names the place.
+/// How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and
+/// nothing was changed (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text that
+/// names the place.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum punctual_status {
@@ -22,7 +23,8 @@ pub enum punctual_status {
     Ok = 0,
     /// A pointer that must not be null is null.
     Null = 1,
-    /// A number is out of its range: an unknown value of an enumeration, an index or a length, or NaN.
+    /// A number is out of its range: an unknown value of an enumeration, an index or a length, or
+    /// NaN.
     BadArgument = 2,
     /// Vertices and triangles are no mesh, or new vertices do not fit it.
     BadMesh = 3,
@@ -40,7 +42,8 @@ pub enum punctual_status {
     OutOfMemory = 9,
     /// The operating system gives no thread.
     NoThread = 10,
-    /// An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which can only be freed now.
+    /// An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which can
+    /// only be freed now.
     Poisoned = 11,
     /// A fault of the library was caught. The handles that the call was to change are poisoned.
     Panic = 12,
@@ -241,7 +244,8 @@ pub(crate) fn given<P>(pointer: Option<P>, what: &'static str) -> Result<P, Faul
     pointer.ok_or(Fault::Null(what))
 }
 
-/// The value of an enumeration that C passes as a number; all of them, in the order of their numbers.
+/// The value of an enumeration that C passes as a number; all of them, in the order of their
+/// numbers.
 pub(crate) fn value_of<T: Copy>(number: u32, what: &'static str, all: &[T]) -> Result<T, Fault> {
     all.get(number as usize)
         .copied()
@@ -253,7 +257,8 @@ pub(crate) fn free<T>(handle: Option<Box<T>>) {
     let _ = catch_unwind(AssertUnwindSafe(|| drop(handle)));
 }
 
-/// A text that ends with a zero byte and is cut where its room ends, so that noting it needs no allocation.
+/// A text that ends with a zero byte and is cut where its room ends, so that noting it needs no
+/// allocation.
 #[repr(C)]
 struct Text {
     bytes: [u8; 256],
@@ -295,14 +300,16 @@ fn note(text: fmt::Arguments<'_>) {
     });
 }
 
-/// The text of the last call on this thread that failed, in UTF-8: the function, the place and the fault. Empty if none
-/// did. Valid until the next call on this thread that fails; calls that succeed leave it.
+/// The text of the last call on this thread that failed, in UTF-8: the function, the place and the
+/// fault. Empty if none did. Valid until the next call on this thread that fails; calls that
+/// succeed leave it.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_last_error() -> *const c_char {
     LAST.with(|last| last.as_ptr()).cast_const().cast()
 }
 
-/// The version of the library, such as "1.2.3". Compare it with `PUNCTUAL_VERSION`, that of the header.
+/// The version of the library, such as "1.2.3". Compare it with `PUNCTUAL_VERSION`, that of the
+/// header.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
@@ -323,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_a_status_and_poisons_what_was_being_changed() {
+    fn a_panic_becomes_a_status_and_poisons_the_handle() {
         let mut handle = Handle::new(1);
         let status = door("punctual_test", || {
             handle.change("it", |value| {

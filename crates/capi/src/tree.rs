@@ -1,17 +1,19 @@
 //! Trees.
 
 use crate::arrays::{array, list};
-use crate::handle::{Handle, put};
+use crate::handle::{Handle, change, get, put};
 use crate::mesh::punctual_mesh;
 use crate::pose::punctual_point;
-use crate::sized::{begin, grows, place, read, rows};
-use crate::status::{Fault, door, free, given, punctual_status, value_of};
+use crate::sized::{grows, place, read};
+use crate::status::{Fault, free, given, value_of};
+use crate::verbs::{calls, inits, lists};
 use core::mem::MaybeUninit;
 use punctual::tree::{Effort, Solid};
 use punctual::{BuildOptions, Tree};
 use std::sync::Arc;
 
-/// The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.
+/// The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as
+/// none refits or frees it.
 #[derive(Debug)]
 pub struct punctual_tree(pub(crate) Handle<Arc<Tree>>);
 
@@ -41,10 +43,12 @@ pub struct punctual_build_options {
     pub effort: u32,
     /// Whether boxes may be turned to where they are smallest: 0 or not 0.
     pub frames: u32,
-    /// Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a scene, convex bodies that are
-    /// close are then told apart by a plane, without a search, until a refit. Takes a third to the whole of the build's time more.
+    /// Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a
+    /// scene, convex bodies that are close are then told apart by a plane, without a search, until
+    /// a refit. Takes a third to the whole of the build's time more.
     pub extremes: u32,
-    /// Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
+    /// Most threads to build in; more than one only for large meshes. The tree is the same, to the
+    /// bit.
     pub threads: usize,
     /// A `punctual_solid`: what the mesh bounds.
     pub solid: usize,
@@ -60,8 +64,8 @@ pub enum punctual_solid {
     No = 0,
     /// A solid, oriented as its triangles are.
     Keep = 1,
-    /// A solid of which parts that are inside out are reversed: the second and third corner of their triangles change
-    /// places.
+    /// A solid of which parts that are inside out are reversed: the second and third corner of
+    /// their triangles change places.
     Flip = 2,
 }
 
@@ -71,8 +75,8 @@ pub enum punctual_solid {
 pub struct punctual_tree_facts {
     /// Its size in bytes, to be set before the call.
     pub size: u32,
-    /// How much looser the boxes have become since the build, by refits: the SAH cost now over that after the build, no
-    /// unit.
+    /// How much looser the boxes have become since the build, by refits: the SAH cost now over that
+    /// after the build, no unit.
     pub degradation: f32,
     /// Triangles of the mesh.
     pub triangles: usize,
@@ -96,7 +100,8 @@ grows!(punctual_tree_facts: size, bytes..unit_length);
 pub struct punctual_tree_level {
     /// Nodes on it.
     pub nodes: u32,
-    /// Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a binary level, 0 to 1.
+    /// Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a
+    /// binary level, 0 to 1.
     pub alpha: [f32; 3],
     /// Mean number of binary levels of their subtrees: log2 of their triangles.
     pub levels: f32,
@@ -123,26 +128,20 @@ impl Default for punctual_build_options {
     }
 }
 
-/// Boxes that may be turned, normal effort, one thread.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_build_options_init(
-    options: *mut punctual_build_options,
-    size: usize,
-) {
-    // SAFETY: the contract of the header for structs.
-    unsafe { begin(options, size, punctual_build_options::default()) }
+inits! {
+    /// Boxes that may be turned, normal effort, one thread.
+    punctual_build_options_init(options: punctual_build_options) {}
 }
 
-/// Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
-///
-/// Fails with BAD_ARGUMENT if `options->effort` or `options->solid` is unknown.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_tree_new(
-    mesh: Option<&punctual_mesh>,
-    options: *const punctual_build_options,
-    tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>,
-) -> punctual_status {
-    door("punctual_tree_new", || {
+calls! {
+    /// Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults.
+    /// Takes `n log n` time.
+    ///
+    /// Fails with BAD_ARGUMENT if `options->effort` or `options->solid` is unknown.
+    unsafe fn punctual_tree_new(
+        mesh: Option<&punctual_mesh>, options: *const punctual_build_options,
+        tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>
+    ) {
         let punctual_mesh(mesh) = given(mesh, "mesh")?;
         let options = match options.is_null() {
             true => punctual_build_options::default(),
@@ -150,13 +149,8 @@ pub unsafe extern "C" fn punctual_tree_new(
             false => unsafe { read(options, "options") }?,
         };
         let options = build_options(&options)?;
-        put(tree, || {
-            Ok(punctual_tree::new(Arc::new(Tree::with_options(
-                mesh.clone(),
-                &options,
-            ))))
-        })
-    })
+        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::with_options(mesh.clone(), &options)))))
+    }
 }
 
 fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault> {
@@ -184,50 +178,42 @@ pub struct punctual_mass_properties {
     pub volume: f64,
     /// The centre of mass, in the coordinates of the mesh.
     pub center: punctual_point,
-    /// The inertia tensor about the centre of mass, for the axes of the mesh: row by row; it is symmetric.
+    /// The inertia tensor about the centre of mass, for the axes of the mesh: row by row; it is
+    /// symmetric.
     pub inertia: [f64; 9],
 }
 
-/// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
-/// how many there are to `count`. They are the caller's. For a closed mesh of floats they are about 30 a triangle. Takes
-/// linear time and allocates; with a capacity of 0, where `bytes` may be null, it only counts, and allocates nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_tree_to_bytes(
-    tree: Option<&punctual_tree>,
-    bytes: *mut u8,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_tree_to_bytes", || {
-        let (tree, count) = (given(tree, "tree")?.0.get("tree")?, given(count, "count")?);
+calls! {
+    /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity`
+    /// allows are written to `bytes`, and how many there are to `count`. They are the caller's. For
+    /// a closed mesh of floats they are about 30 a triangle. Takes linear time and allocates; with
+    /// a capacity of 0, where `bytes` may be null, it only counts, and allocates nothing.
+    unsafe fn punctual_tree_to_bytes(
+        tree: Option<&punctual_tree>, bytes: *mut u8, capacity: usize,
+        count: Option<&mut MaybeUninit<usize>>
+    ) {
+        let (tree, count) = (get(tree, "tree")?, given(count, "count")?);
         if capacity == 0 {
             count.write(tree.bytes_len());
             return Ok(());
         }
         // SAFETY: the contract of the header for arrays.
         unsafe { list(bytes, capacity, "bytes", count, tree.to_bytes().into_iter()) }
-    })
-}
+    }
 
-/// The tree that `punctual_tree_to_bytes` was called on, of which the bytes are not needed any more: its queries do the same,
-/// to the bit. Takes a part of the time of a build.
-///
-/// Fails with BAD_FILE if the bytes are no tree, are of another version of the format, or were changed, cut or extended.
-/// Whatever they are, it takes no memory out of proportion to their number, and the tree that it makes gives true answers
-/// about the mesh that they hold.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_tree_from_bytes(
-    bytes: *const u8,
-    count: usize,
-    tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>,
-) -> punctual_status {
-    door("punctual_tree_from_bytes", || {
+    /// The tree that `punctual_tree_to_bytes` was called on, of which the bytes are not needed any
+    /// more: its queries do the same, to the bit. Takes a part of the time of a build.
+    ///
+    /// Fails with BAD_FILE if the bytes are no tree, are of another version of the format, or were
+    /// changed, cut or extended. Whatever they are, it takes no memory out of proportion to their
+    /// number, and the tree that it makes gives true answers about the mesh that they hold.
+    unsafe fn punctual_tree_from_bytes(
+        bytes: *const u8, count: usize, tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>
+    ) {
         // SAFETY: the contract of the header for arrays.
         let bytes = unsafe { array(bytes, count, "bytes") }?;
-        put(tree, || {
-            Ok(punctual_tree::new(Arc::new(Tree::from_bytes(bytes)?)))
-        })
-    })
+        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::from_bytes(bytes)?))))
+    }
 }
 
 /// Frees a tree; null is fine. Scenes keep what they share.
@@ -236,62 +222,45 @@ pub extern "C" fn punctual_tree_free(tree: Option<Box<punctual_tree>>) {
     free(tree);
 }
 
-/// Moves the vertices of the mesh, which keeps its triangles: all of them, `3 * vertex_count` coordinates in the order of the
-/// mesh. Queries stay exact. Takes linear time, a small part of a build, and allocates nothing, unless a scene shares the
-/// tree: the scene then keeps the old one (see `punctual_scene_refit_f32`). Stopped queries cannot be resumed afterwards.
-///
-/// Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the tree is unchanged then.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_tree_refit_f32(
-    tree: Option<&mut punctual_tree>,
-    vertices: *const f32,
-    vertex_count: usize,
-) -> punctual_status {
-    door("punctual_tree_refit_f32", || {
+calls! {
+    /// Moves the vertices of the mesh, which keeps its triangles: all of them, `3 * vertex_count`
+    /// coordinates in the order of the mesh. Queries stay exact. Takes linear time, a small part of
+    /// a build, and allocates nothing, unless a scene shares the tree: the scene then keeps the old
+    /// one (see `punctual_scene_refit_f32`). Stopped queries cannot be resumed afterwards.
+    ///
+    /// Fails with BAD_MESH if their number is another or a coordinate in use is not finite; the
+    /// tree is unchanged then.
+    unsafe fn punctual_tree_refit_f32(
+        tree: Option<&mut punctual_tree>, vertices: *const f32, vertex_count: usize
+    ) {
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
-        given(tree, "tree")?
-            .0
-            .change("tree", |tree| Ok(Arc::make_mut(tree).refit(vertices)?))
-    })
-}
+        change(tree, "tree", |tree| Ok(Arc::make_mut(tree).refit(vertices)?))
+    }
 
-/// Like `punctual_tree_refit_f32`. Allocates only once, if the mesh was stored as float and needs double now.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_tree_refit_f64(
-    tree: Option<&mut punctual_tree>,
-    vertices: *const f64,
-    vertex_count: usize,
-) -> punctual_status {
-    door("punctual_tree_refit_f64", || {
+    /// Like `punctual_tree_refit_f32`. Allocates only once, if the mesh was stored as float and
+    /// needs double now.
+    unsafe fn punctual_tree_refit_f64(
+        tree: Option<&mut punctual_tree>, vertices: *const f64, vertex_count: usize
+    ) {
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
-        given(tree, "tree")?
-            .0
-            .change("tree", |tree| Ok(Arc::make_mut(tree).refit_f64(vertices)?))
-    })
-}
+        change(tree, "tree", |tree| Ok(Arc::make_mut(tree).refit_f64(vertices)?))
+    }
 
-/// A copy of the mesh of a tree, as it is now.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_tree_mesh(
-    tree: Option<&punctual_tree>,
-    mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
-) -> punctual_status {
-    door("punctual_tree_mesh", || {
-        let tree = given(tree, "tree")?.0.get("tree")?;
+    /// A copy of the mesh of a tree, as it is now.
+    fn punctual_tree_mesh(
+        tree: Option<&punctual_tree>, mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>
+    ) {
+        let tree = get(tree, "tree")?;
         put(mesh, || Ok(tree.mesh().clone()))
-    })
-}
+    }
 
-/// Describes a tree. Takes linear time and allocates.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_tree_describe(
-    tree: Option<&punctual_tree>,
-    facts: *mut punctual_tree_facts,
-) -> punctual_status {
-    door("punctual_tree_describe", || {
-        let tree = given(tree, "tree")?.0.get("tree")?;
+    /// Describes a tree. Takes linear time and allocates.
+    unsafe fn punctual_tree_describe(
+        tree: Option<&punctual_tree>, facts: *mut punctual_tree_facts
+    ) {
+        let tree = get(tree, "tree")?;
         // SAFETY: the contract of the header for structs.
         let facts = unsafe { place(facts, "facts") }?;
         let stats = tree.stats();
@@ -306,67 +275,17 @@ pub unsafe extern "C" fn punctual_tree_describe(
             degradation: tree.degradation(),
         });
         Ok(())
-    })
-}
+    }
 
-/// Describes the levels of a tree, the root's first: as many as `capacity` allows are written to `levels`, and how many there
-/// are to `count`. Takes linear time and allocates.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_tree_levels(
-    tree: Option<&punctual_tree>,
-    levels: *mut punctual_tree_level,
-    levels_size: usize,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_tree_levels", || {
-        let stats = given(tree, "tree")?.0.get("tree")?.stats();
-        let each = (0..stats.depth).map(|level| punctual_tree_level {
-            nodes: stats.nodes_per_level[level] as u32,
-            alpha: stats.alpha_per_level[level].to_array(),
-            levels: stats.levels_per_level[level],
-        });
-        // SAFETY: the contract of the header for arrays.
-        unsafe {
-            rows(
-                levels,
-                levels_size,
-                capacity,
-                "levels",
-                given(count, "count")?,
-                each,
-            )
-        }
-    })
-}
-
-/// The alphas of all nodes of a tree, as stored at build and refit: the product over the three axes, 0 to 1. The root's first, each
-/// node before those below it. As many as `capacity` allows are written to `alphas`, and how many there are to `count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_tree_node_alphas(
-    tree: Option<&punctual_tree>,
-    alphas: *mut f32,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_tree_node_alphas", || {
-        let tree = given(tree, "tree")?.0.get("tree")?;
-        let each = tree.subtrees().map(|subtree| subtree.alpha_product());
-        // SAFETY: the contract of the header for arrays.
-        unsafe { list(alphas, capacity, "alphas", given(count, "count")?, each) }
-    })
-}
-
-/// Computes the mass properties of a closed solid (`punctual_build_options.solid`). Takes linear time and allocates.
-///
-/// Fails with BAD_MESH if the tree is no solid, has open edges, is inside out, or has no volume.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_tree_mass_properties(
-    tree: Option<&punctual_tree>,
-    mass: Option<&mut MaybeUninit<punctual_mass_properties>>,
-) -> punctual_status {
-    door("punctual_tree_mass_properties", || {
-        let tree = given(tree, "tree")?.0.get("tree")?;
+    /// Computes the mass properties of a closed solid (`punctual_build_options.solid`). Takes
+    /// linear time and allocates.
+    ///
+    /// Fails with BAD_MESH if the tree is no solid, has open edges, is inside out, or has no
+    /// volume.
+    fn punctual_tree_mass_properties(
+        tree: Option<&punctual_tree>, mass: Option<&mut MaybeUninit<punctual_mass_properties>>
+    ) {
+        let tree = get(tree, "tree")?;
         let found = tree.mass_properties()?;
         given(mass, "mass")?.write(punctual_mass_properties {
             volume: found.volume,
@@ -374,15 +293,31 @@ pub extern "C" fn punctual_tree_mass_properties(
             inertia: found.inertia.to_cols_array(),
         });
         Ok(())
-    })
+    }
+
+    /// Checks that every triangle is in one leaf and inside every box above it. Takes linear time
+    /// and allocates.
+    ///
+    /// Fails with BAD_TREE if not, which no tree that was built here does.
+    fn punctual_tree_validate(tree: Option<&punctual_tree>) {
+        Ok(get(tree, "tree")?.validate()?)
+    }
 }
 
-/// Checks that every triangle is in one leaf and inside every box above it. Takes linear time and allocates.
-///
-/// Fails with BAD_TREE if not, which no tree that was built here does.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_tree_validate(tree: Option<&punctual_tree>) -> punctual_status {
-    door("punctual_tree_validate", || {
-        Ok(given(tree, "tree")?.0.get("tree")?.validate()?)
-    })
+lists! {
+    /// Describes the levels of a tree, the root's first. Takes linear time and allocates.
+    rows punctual_tree_levels(tree: punctual_tree) -> levels: punctual_tree_level, levels_size =
+        {
+            let stats = tree.stats();
+            (0..stats.depth).map(move |level| punctual_tree_level {
+                nodes: stats.nodes_per_level[level] as u32,
+                alpha: stats.alpha_per_level[level].to_array(),
+                levels: stats.levels_per_level[level],
+            })
+        };
+
+    /// The alphas of all nodes of a tree, as stored at build and refit: the product over the three
+    /// axes, 0 to 1. The root's first, each node before those below it.
+    list punctual_tree_node_alphas(tree: punctual_tree) -> alphas: f32 =
+        tree.subtrees().map(|subtree| subtree.alpha_product());
 }

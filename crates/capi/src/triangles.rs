@@ -1,7 +1,8 @@
 //! Two triangles.
 
 use crate::pose::punctual_point;
-use crate::status::{Fault, door, given, punctual_status};
+use crate::status::{Fault, given};
+use crate::verbs::calls;
 use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
 
@@ -36,39 +37,30 @@ impl punctual_triangle {
     }
 }
 
-/// Whether two closed triangles share at least one point, exactly for the given coordinates. Touching is intersecting; a
-/// degenerate triangle is the segment or point that it is.
-///
-/// Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_triangles_intersect(
-    a: punctual_triangle,
-    b: punctual_triangle,
-    intersect: Option<&mut MaybeUninit<bool>>,
-) -> punctual_status {
-    door("punctual_triangles_intersect", || {
+calls! {
+    /// Whether two closed triangles share at least one point, exactly for the given coordinates.
+    /// Touching is intersecting; a degenerate triangle is the segment or point that it is.
+    ///
+    /// Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
+    fn punctual_triangles_intersect(
+        a: punctual_triangle, b: punctual_triangle, intersect: Option<&mut MaybeUninit<bool>>
+    ) {
         let intersect = given(intersect, "intersect")?;
         let (a, b) = (a.check("a coordinate of a")?, b.check("a coordinate of b")?);
         intersect.write(punctual::geom::triangles_intersect(&a, &b));
         Ok(())
-    })
-}
+    }
 
-/// The segment in which two closed triangles meet. `meet` says whether they do; if not, `segment`, two points, is left
-/// alone. Of
-/// triangles that touch in a point both ends are that point; of triangles in one plane it is the longest segment in
-/// both. Ends
-/// are within 1e-12 times the largest coordinate of both triangles.
-///
-/// Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_triangle_segment(
-    a: punctual_triangle,
-    b: punctual_triangle,
-    segment: Option<&mut MaybeUninit<punctual_segment>>,
-    meet: Option<&mut MaybeUninit<bool>>,
-) -> punctual_status {
-    door("punctual_triangle_segment", || {
+    /// The segment in which two closed triangles meet. `meet` says whether they do; if not,
+    /// `segment`, two points, is left alone. Of triangles that touch in a point both ends are that
+    /// point; of triangles in one plane it is the longest segment in both. Ends are within 1e-12
+    /// times the largest coordinate of both triangles.
+    ///
+    /// Fails with BAD_ARGUMENT if a coordinate is not finite or exceeds 2^1000.
+    fn punctual_triangle_segment(
+        a: punctual_triangle, b: punctual_triangle,
+        segment: Option<&mut MaybeUninit<punctual_segment>>, meet: Option<&mut MaybeUninit<bool>>
+    ) {
         let (segment, meet) = (given(segment, "segment")?, given(meet, "meet")?);
         let (a, b) = (a.check("a coordinate of a")?, b.check("a coordinate of b")?);
         let found = punctual::geom::triangle_segment(&a, &b);
@@ -80,5 +72,5 @@ pub extern "C" fn punctual_triangle_segment(
             })
         });
         Ok(())
-    })
+    }
 }

@@ -49,7 +49,7 @@ use call::*;
 use punctual_capi::{punctual_status as Status, *};
 
 #[test]
-fn a_cycle_does_not_allocate_even_if_it_fails() {
+fn queries_do_not_allocate_even_if_they_fail() {
     let tree = tree_of(&knot());
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut memory = owned(|out| punctual_memory_new(out));

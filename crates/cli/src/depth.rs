@@ -3,15 +3,13 @@
 use std::io::{self, Write};
 use std::time::Instant;
 
-use punctual::clock::SystemClock;
 use punctual::tree::Solid;
-use punctual::{Answer, BuildOptions, Pose, Tree};
+use punctual::{Answer, BuildOptions};
 use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
-use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size, print_source};
+use crate::input::{Input, LoadedInput, Row, Running, parse_size, print_source};
 
 /// How deep two meshes penetrate each other at each pose of a list: how far B has to be moved, at least, until they are apart.
 ///
@@ -49,41 +47,24 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     }
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut workspace = PenetrationWorkspace::with_engine(args.running.workspace());
-    let rows = least_times(args.running.reps, || {
-        args.sweep(&a, &b, &poses, &mut workspace)
-    });
-    print_source(out, build)?;
-    print(out, &rows, args.deeper_than.is_some())?;
-    Ok(completion)
-}
-
-impl Args {
-    /// All poses once.
-    fn sweep(
-        &self,
-        a: &Tree,
-        b: &Tree,
-        poses: &[Listed<Pose>],
-        workspace: &mut PenetrationWorkspace,
-    ) -> Vec<Row<Answer<Penetration>>> {
-        let clock = SystemClock::default();
-        let mut answer = |&pose: &Pose| {
+    let rows = args.running.answers(
+        &poses,
+        || (),
+        |&pose, (), budget| {
             let start = Instant::now();
-            let query = PenetrationQuery::new(a, b, pose).solid(self.solid);
-            let query = query.absolute_tolerance(self.abs.unwrap_or(0.0));
-            let query = query.deeper_than(self.deeper_than.unwrap_or(f64::INFINITY));
-            let query = match self.rel {
+            let query = PenetrationQuery::new(&a, &b, pose).solid(args.solid);
+            let query = query.absolute_tolerance(args.abs.unwrap_or(0.0));
+            let query = query.deeper_than(args.deeper_than.unwrap_or(f64::INFINITY));
+            let query = match args.rel {
                 Some(share) => query.relative_tolerance(share),
                 None => query,
             };
-            let budget = self.running.limits.budget().clock(&clock);
-            (query.run(workspace, budget), start.elapsed())
-        };
-        poses
-            .iter()
-            .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
-            .collect()
-    }
+            Some((query.run(&mut workspace, budget), start.elapsed()))
+        },
+    );
+    print_source(out, build)?;
+    print(out, &rows, args.deeper_than.is_some())?;
+    Ok(completion)
 }
 
 fn print(

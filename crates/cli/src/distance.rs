@@ -4,16 +4,12 @@ use std::io::{self, Write};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use punctual::clock::SystemClock;
 use punctual::distance::{Bounds, Distance};
-use punctual::{Answer, PairMemory, Pose, Query, Tree, Workspace};
-use punctual_lab::files::Listed;
+use punctual::{Answer, PairMemory, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{
-    Input, LoadedInput, Row, Running, SolidArgs, least_times, parse_size, print_source,
-};
+use crate::input::{Input, LoadedInput, Row, Running, SolidArgs, parse_size, print_source};
 use crate::view::{self, ViewArgs};
 
 /// How far apart two meshes are at each pose of a list.
@@ -82,8 +78,14 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     args.input.complain_of_open([&a, &b]);
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut workspace = args.running.workspace();
-    let rows = least_times(args.running.reps, || {
-        args.sweep(&a, &b, &poses, &mut workspace)
+    let begin = || args.memory.then(PairMemory::new);
+    let rows = args.running.answers(&poses, begin, |pose, memory, budget| {
+        let start = Instant::now();
+        let query = args.query(&a, &b, *pose);
+        let found = query
+            .with_memory(memory.as_mut())
+            .run(&mut workspace, budget);
+        Some((found, start.elapsed()))
     });
     print_source(out, build)?;
     args.print(out, &rows)?;
@@ -103,30 +105,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 }
 
 impl Args {
-    /// All poses once.
-    fn sweep(
-        &self,
-        a: &Tree,
-        b: &Tree,
-        poses: &[Listed<Pose>],
-        workspace: &mut Workspace,
-    ) -> Vec<Row<Answer<Bounds>>> {
-        let clock = SystemClock::default();
-        let mut memory = self.memory.then(PairMemory::new);
-        let mut answer = |&pose: &Pose| {
-            let start = Instant::now();
-            let query = self.query(a, b, pose);
-            let found = query
-                .with_memory(memory.as_mut())
-                .run(workspace, self.running.limits.budget().clock(&clock));
-            (found, start.elapsed())
-        };
-        poses
-            .iter()
-            .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
-            .collect()
-    }
-
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Distance> {
         let query = self
             .goal

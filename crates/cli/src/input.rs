@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use indicatif::ProgressStyle;
 use indicatif::style::TemplateError;
+use punctual::clock::{ClockedBudget, SystemClock};
 use punctual::intersection::Operand;
 use punctual::tree::Solid;
 use punctual::{Budget, BuildOptions, Mesh, Pose, Tree, Workspace};
@@ -166,6 +167,25 @@ pub struct Running {
 impl Running {
     pub fn workspace(&self) -> Workspace {
         self.prepared(Workspace::new())
+    }
+
+    /// Answers the entries of a list within the budget, as often as is asked: the answers of the first sweep, each with
+    /// the least time that it took. `begin` makes what one sweep carries from entry to entry.
+    pub fn answers<E, M, T>(
+        &self,
+        list: &[Listed<E>],
+        begin: impl Fn() -> M,
+        mut answer: impl FnMut(&E, &mut M, ClockedBudget<'_>) -> Row<T>,
+    ) -> Vec<Row<T>> {
+        let clock = SystemClock::default();
+        least_times(self.reps, || {
+            let mut carried = begin();
+            let mut of_line = |listed: &Listed<E>| {
+                let budget = self.limits.budget().clock(&clock);
+                answer(listed.entry.as_ref().ok()?, &mut carried, budget)
+            };
+            list.iter().map(&mut of_line).collect()
+        })
     }
 
     /// A workspace that uses the kernels that are asked for.

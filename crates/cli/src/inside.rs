@@ -4,14 +4,13 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use punctual::clock::SystemClock;
 use punctual::points::PointBounds;
 use punctual::tree::Solid;
-use punctual::{Answer, BuildOptions, Query, Tree, Workspace};
-use punctual_lab::files::{self, Listed};
+use punctual::{Answer, BuildOptions, Query, Tree};
+use punctual_lab::files;
 use punctual_lab::report::Failure;
 
-use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times, print_source};
+use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, print_source};
 use crate::{Completion, complain};
 
 /// Whether points are inside a solid, and how far from its surface.
@@ -58,35 +57,19 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     }
     let completion = complain_of_bad_lines(&args.points, "point", &points);
     let mut workspace = args.running.workspace();
-    let rows = least_times(args.running.reps, || {
-        args.sweep(&tree, &points, &mut workspace)
-    });
+    let rows = args.running.answers(
+        &points,
+        || (),
+        |&point, (), budget| {
+            // The points of the list were checked.
+            let query = Query::signed_distance(&tree, point).ok()?;
+            let start = Instant::now();
+            Some((query.run(&mut workspace, budget), start.elapsed()))
+        },
+    );
     print_source(out, build)?;
     print(out, &rows)?;
     Ok(completion)
-}
-
-impl Args {
-    /// All points once.
-    fn sweep(
-        &self,
-        tree: &Tree,
-        points: &[Listed<[f64; 3]>],
-        workspace: &mut Workspace,
-    ) -> Vec<Row<Answer<PointBounds>>> {
-        let clock = SystemClock::default();
-        let mut answer = |&point: &[f64; 3]| {
-            // The points of the list were checked.
-            let query = Query::signed_distance(tree, point).ok()?;
-            let start = Instant::now();
-            let answer = query.run(workspace, self.running.limits.budget().clock(&clock));
-            Some((answer, start.elapsed()))
-        };
-        points
-            .iter()
-            .map(|listed| listed.entry.as_ref().ok().and_then(&mut answer))
-            .collect()
-    }
 }
 
 fn print(out: &mut impl Write, rows: &[Row<Answer<PointBounds>>]) -> io::Result<()> {

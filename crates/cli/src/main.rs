@@ -5,7 +5,6 @@
 
 #![deny(unsafe_code)]
 
-mod approach;
 mod compare;
 mod contacts;
 mod depth;

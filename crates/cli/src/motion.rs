@@ -4,17 +4,16 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use punctual::clock::SystemClock;
 use punctual::glam::DVec3;
 use punctual::impact::{Impact, TimeOfImpact};
 use punctual::{Answer, Budget, Motion, PairMemory, Pose, Query, Tree, Workspace};
-use punctual_lab::files::{self, Listed};
+use punctual_lab::files;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
 use crate::input::{
-    MeshArgs, Row, Running, SolidArgs, complain_of_bad_lines, complain_of_open, least_times,
-    parse_size, print_source,
+    MeshArgs, Row, Running, SolidArgs, complain_of_bad_lines, complain_of_open, parse_size,
+    print_source,
 };
 use crate::view::{self, ViewArgs};
 
@@ -87,9 +86,18 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     complain_of_open(&args.b, &b);
     let completion = complain_of_bad_lines(&args.sweeps, "sweep", &motions);
     let mut workspace = args.running.workspace();
-    let rows = least_times(args.running.reps, || {
-        args.sweep(&a, &b, &motions, &mut workspace)
-    });
+    let begin = || args.memory.then(PairMemory::new);
+    let rows = args
+        .running
+        .answers(&motions, begin, |&motion, memory, budget| {
+            let begun = args.begin([&a, &b], motion, &mut workspace);
+            let start = Instant::now();
+            let query = args.query(&a, &b, begun.rest);
+            let found = query
+                .with_memory(memory.as_mut())
+                .run(&mut workspace, budget);
+            Some(((begun, found), start.elapsed()))
+        });
     print_source(out, build)?;
     args.print(out, &rows)?;
     args.view.write(
@@ -108,31 +116,6 @@ impl Args {
         let query = Query::impact(a, b, motion).margins([self.margin; 2]);
         self.tolerance
             .map_or(query, |length| query.tolerance(length))
-    }
-
-    /// All motions once.
-    fn sweep(
-        &self,
-        a: &Tree,
-        b: &Tree,
-        motions: &[Listed<Motion>],
-        workspace: &mut Workspace,
-    ) -> Vec<Row<(Begun, Answer<TimeOfImpact>)>> {
-        let clock = SystemClock::default();
-        let mut memory = self.memory.then(PairMemory::new);
-        let mut answer = |&motion: &Motion| {
-            let begun = self.begin([a, b], motion, workspace);
-            let start = Instant::now();
-            let found = self
-                .query(a, b, begun.rest)
-                .with_memory(memory.as_mut())
-                .run(workspace, self.running.limits.budget().clock(&clock));
-            ((begun, found), start.elapsed())
-        };
-        motions
-            .iter()
-            .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
-            .collect()
     }
 
     /// Where a motion begins: at its start, or where it has led out of a contact at its start.

@@ -3,12 +3,12 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use punctual::Tree;
 use punctual::glam::DMat3;
-use punctual::{Pose, Tree};
+use punctual_lab::approach::{Approach, Line, OFFSETS, contact, print, random};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::approach::{Approach, Line};
 use crate::input::MeshArgs;
 
 /// Make poses of mesh B in the frame of mesh A: near contact, rolling over each other, or at random.
@@ -49,12 +49,6 @@ pub struct Args {
     meshes: MeshArgs,
 }
 
-/// Where the poses of a line lie before the first touch, in percent.
-const OFFSETS: [f64; 7] = [-5.0, -2.0, -0.5, -0.1, 0.1, 0.5, 2.0];
-
-/// Lines in a row that may pass A before the search is given up.
-const MOST_MISSES: usize = 1000;
-
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let (a, b) = (
         Tree::new(args.meshes.load(&args.a)?),
@@ -85,52 +79,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     }
     out.write_all(&lines)?;
     Ok(Completion::Full)
-}
-
-/// Poses at random, at which the balls around the boxes overlap.
-pub fn random(approach: &mut Approach, count: usize) -> Result<Vec<Pose>, Failure> {
-    let mut pose = || {
-        let line = Line {
-            turn: approach.turn(),
-            target: approach.middle_of_a(),
-            direction: approach.direction(),
-        };
-        // The cube root makes all places in a ball equally likely.
-        let distance = 0.5 * approach.reach() * approach.fraction().cbrt();
-        approach.at(&line, distance)
-    };
-    (0..count).map(|_| pose()).collect()
-}
-
-/// Poses around the first touch of lines towards A, one for each of [`OFFSETS`] and line.
-pub fn contact(approach: &mut Approach, count: usize, inside: bool) -> Result<Vec<Pose>, Failure> {
-    let (mut poses, mut misses) = (Vec::with_capacity(count), 0);
-    while poses.len() < count {
-        let line = Line {
-            turn: approach.turn(),
-            target: approach.point_in_a(),
-            direction: approach.direction(),
-        };
-        let from = if inside { 0.0 } else { 2.0 * approach.reach() };
-        let starts_free = !inside || approach.is_free(approach.at(&line, from)?);
-        let Some(touch) = starts_free
-            .then(|| approach.first_touch(&line, from))
-            .transpose()?
-            .flatten()
-        else {
-            misses += 1;
-            if misses > MOST_MISSES {
-                return Err(format!("B touches A on none of {misses} lines in a row").into());
-            }
-            continue;
-        };
-        misses = 0;
-        for offset in OFFSETS.into_iter().take(count - poses.len()) {
-            let distance = touch + 0.01 * offset * approach.unit();
-            poses.push(approach.at(&line, distance)?);
-        }
-    }
-    Ok(poses)
 }
 
 /// Frames in which B turns on its way around A.
@@ -176,15 +124,4 @@ fn roll(approach: &mut Approach, frames: usize, out: &mut impl Write) -> Result<
         print(&approach.at(line, distance)?, out)?;
     }
     Ok(())
-}
-
-/// Writes a line of a list of poses.
-pub fn print(pose: &Pose, out: &mut impl Write) -> Result<(), Failure> {
-    Ok(writeln!(
-        out,
-        "{}",
-        pose.to_row_major()
-            .map(|number| number.to_string())
-            .join(" ")
-    )?)
 }

@@ -4,15 +4,14 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use punctual::clock::SystemClock;
 use punctual::rays::{RayBounds, RayHit, RayMode};
 use punctual::tree::Solid;
-use punctual::{BuildOptions, Query, Ray, Tree, Workspace};
-use punctual_lab::files::{self, Listed};
+use punctual::{BuildOptions, Query, Tree};
+use punctual_lab::files;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times, print_source};
+use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, print_source};
 
 /// What the rays of a list hit.
 ///
@@ -63,43 +62,27 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let build = start.elapsed();
     let completion = complain_of_bad_lines(&args.rays, "ray", &rays);
     let mut workspace = args.running.workspace();
-    let rows = least_times(args.running.reps, || {
-        args.sweep(&tree, &rays, &mut workspace)
-    });
-    print_source(out, build)?;
-    print(out, &rows, args.solid)?;
-    Ok(completion)
-}
-
-impl Args {
-    /// All rays once.
-    fn sweep(
-        &self,
-        tree: &Tree,
-        rays: &[Listed<Ray>],
-        workspace: &mut Workspace,
-    ) -> Vec<Row<Answer>> {
-        // So that room for hits is no part of the first time.
-        workspace.reserve_ray_hits(tree.mesh().len());
-        let clock = SystemClock::default();
-        let mut answer = |&ray: &Ray| {
+    // So that room for hits is no part of the first time.
+    workspace.reserve_ray_hits(tree.mesh().len());
+    let rows = args.running.answers(
+        &rays,
+        || (),
+        |&ray, (), budget| {
             let start = Instant::now();
-            let cast = Query::ray(tree, ray)
-                .mode(self.mode)
-                .solid(self.solid)
-                .run(workspace, self.running.limits.budget().clock(&clock));
+            let query = Query::ray(&tree, ray).mode(args.mode).solid(args.solid);
+            let cast = query.run(&mut workspace, budget);
             let took = start.elapsed();
             let mut hits: Vec<RayHit> = cast.value.hit.into_iter().collect();
-            if self.mode == RayMode::All {
+            if args.mode == RayMode::All {
                 hits = workspace.drain_ray_hits().collect();
                 hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
             }
-            ((cast, hits), took)
-        };
-        rays.iter()
-            .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
-            .collect()
-    }
+            Some(((cast, hits), took))
+        },
+    );
+    print_source(out, build)?;
+    print(out, &rows, args.solid)?;
+    Ok(completion)
 }
 
 fn print(out: &mut impl Write, rows: &[Row<Answer>], solid: bool) -> io::Result<()> {

@@ -14,12 +14,14 @@
 //!
 //! What the engine of [`punctual`] predicts with comes from here too: [`constants`] fits the constants of its model, by
 //! [`regression`], and writes them as Rust source. [`experiments`] measures the claims of the paper; [`fit`] tells how
-//! counts grow; [`report`] draws what was found.
+//! counts grow; [`report`] draws what was found; [`sweep`]
+//! measures what a deadline costs in accuracy, at poses of [`approach`].
 //!
-//! The program `punctual` (package `punctual-cli`) runs it: `punctual paper`, `punctual fit`.
+//! The program `punctual` (package `punctual-cli`) runs it: `punctual paper`, `punctual fit`, `punctual sweep`.
 
 #![deny(missing_docs, unsafe_code)]
 
+pub mod approach;
 pub mod artificial;
 pub mod constants;
 pub mod delta;
@@ -33,4 +35,5 @@ pub mod paper;
 pub mod regression;
 pub mod report;
 pub mod statistics;
+pub mod sweep;
 pub mod traversal;

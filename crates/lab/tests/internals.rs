@@ -67,7 +67,7 @@ fn front(cost: f64, bv_tests: f64) -> FrontierSummary {
 }
 
 #[test]
-fn a_front_is_done_when_nothing_waits() {
+fn a_query_is_done_when_no_pair_waits() {
     let mut front = front(0.0, 5.0);
     assert!(!front.is_done());
     front.node_pairs = 0.0;
@@ -101,7 +101,7 @@ fn a_tracker_tells_the_median_by_the_last_error_and_steps_by_what_came() {
 }
 
 #[test]
-fn what_is_opened_is_what_every_order_opens() {
+fn every_order_opens_the_same_pairs() {
     let (a, b) = (
         Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
         Tree::new(shapes::gear(9, 3)),

@@ -1,10 +1,10 @@
-//! Writes `include/punctual.h` from `crates/capi/src`, or with `--check` tells whether it is current.
+//! Writes `include/punctual.h` from `crates/capi/src` behind its macros, or with `--check` tells whether it is current.
 //!
 //! `cargo run --manifest-path tools/c_header/Cargo.toml [-- --check]`
 
 use cbindgen::{Builder, Config, DocumentationStyle, Language, RenameRule};
-use std::path::Path;
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
 use std::{env, error::Error, fs, iter};
 
 /// The sections of the header, each with the sources that it is made of. What a section needs stands in those before
@@ -80,16 +80,16 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     };
     config.enumeration.rename_variants = RenameRule::QualifiedScreamingSnakeCase;
     config.export.include = NUMBERS.map(String::from).to_vec();
-    let mut builder = Builder::new().with_config(config);
     let mut sources = Vec::new();
     for (section, (_, names)) in SECTIONS.iter().enumerate() {
         for name in *names {
             let path = root.join("crates/capi/src").join(name).with_extension("rs");
             sources.push((section, fs::read_to_string(&path)?));
-            builder = builder.with_src(path);
         }
     }
+    let expanded = expand(&root)?;
     let mut generated = Vec::new();
+    let builder = Builder::new().with_config(config).with_src(expanded);
     builder.generate()?.write(&mut generated);
     let new = arrange(&String::from_utf8(generated)?, &sources, version)?.into_bytes();
 
@@ -103,6 +103,25 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         return Ok(ExitCode::FAILURE);
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A file with the source of the interface as it is behind its macros, which write most functions.
+fn expand(root: &Path) -> Result<PathBuf, Box<dyn Error>> {
+    // Of its own, since build scripts of other crates heed the variable.
+    let target = root.join("target/c_header");
+    let mut cargo = Command::new("cargo");
+    cargo.current_dir(root).env("CARGO_TARGET_DIR", &target);
+    // Stable compilers print what macros became only if told so.
+    cargo.env("RUSTC_BOOTSTRAP", "1");
+    cargo.args(["rustc", "--quiet", "--package=punctual-capi", "--lib"]);
+    cargo.args(["--profile=check", "--", "-Zunpretty=expanded"]);
+    let output = cargo.stderr(Stdio::inherit()).output()?;
+    if !output.status.success() {
+        return Err("the interface does not compile".into());
+    }
+    let path = target.join("expanded.rs");
+    fs::write(&path, output.stdout)?;
+    Ok(path)
 }
 
 /// That of the library.
@@ -133,17 +152,7 @@ fn arrange(generated: &str, sources: &[(usize, String)], version: &str) -> Resul
         );
         let item = format!("/**{}", item.trim_start_matches("/**").trim_end());
         let name = name(&item).ok_or_else(|| format!("an item without a name: {item}"))?;
-        let defines = |source: &str| {
-            ["struct", "enum", "fn", "const"].iter().any(|kind| {
-                source
-                    .match_indices(&format!("pub {kind} {name}"))
-                    .chain(source.match_indices(&format!("fn {name}")))
-                    .any(|(at, found)| {
-                        !source[at + found.len()..]
-                            .starts_with(|c: char| c.is_alphanumeric() || c == '_')
-                    })
-            })
-        };
+        let defines = |source: &str| source.lines().any(|line| introduces(line, name));
         let source = sources.iter().find(|(_, source)| defines(source));
         let (section, _) = source.ok_or_else(|| format!("no source defines {name}"))?;
         sections[*section] += &format!("{}\n\n", with_constructor(&item, name)?);
@@ -165,6 +174,18 @@ fn arrange(generated: &str, sources: &[(usize, String)], version: &str) -> Resul
     Ok(format!(
         "{head}\n{body}#ifdef __cplusplus\n}} // extern \"C\"\n#endif\n\n#endif /* PUNCTUAL_H */\n"
     ))
+}
+
+/// Whether a line of the source introduces the name: words, and then the name.
+fn introduces(line: &str, name: &str) -> bool {
+    let words = |text: &str| {
+        text.chars()
+            .all(|c| c.is_lowercase() || " \"C_".contains(c))
+    };
+    line.match_indices(name).any(|(at, _)| {
+        let ends = !line[at + name.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_');
+        ends && line[..at].ends_with(' ') && words(&line[..at])
+    })
 }
 
 /// What an item declares.

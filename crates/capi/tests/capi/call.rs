@@ -100,6 +100,100 @@ pub fn fails(status: Status, expected: Status, text: &str) {
     assert_eq!((status, last_error().as_str()), (expected, text));
 }
 
+/// Runs a question in C and in Rust within so much work, and resumes both to the end; compares the answers at each stop.
+/// How often they stopped.
+macro_rules! to_the_end {
+    ($run:ident, $resume:ident, $query:expr, $native:expr, $work:expr, $workspace:ident, $other:ident
+        $(, $memory:ident, $remembered:ident)?; $compare:expr) => {{
+        let (query, native) = (&$query, $native);
+        #[allow(unused_mut, reason = "some count")]
+        let mut compare = $compare;
+        let (ours, theirs) = (punctual_budget_work($work), punctual::Budget::work($work));
+        // SAFETY: here and below, structs of the sizes that they say, and no clock of the caller's.
+        let mut said = made(|out| unsafe {
+            $run(asked(query), Some(&mut $workspace), $(Some(&mut $memory),)? ours, None, slot(out))
+        });
+        let mut told = native$(.with_memory(&mut $remembered))?.run(&mut $other, theirs);
+        let mut stops = 0;
+        loop {
+            compare(&said, &told, &mut $workspace, &mut $other);
+            assert_eq!(format!("{:?}", said.stop), format!("{:?}", told.stop));
+            if matches!(told.stop, punctual::StopReason::Finished | punctual::StopReason::FirstHit) {
+                break;
+            }
+            stops += 1;
+            said = made(|out| unsafe {
+                $resume(asked(query), Some(&mut $workspace), $(Some(&mut $memory),)? ours, None, slot(out))
+            });
+            told = native$(.with_memory(&mut $remembered))?.resume(&mut $other, theirs).unwrap();
+        }
+        let mut out = std::mem::MaybeUninit::uninit();
+        let out = slot(Some(&mut out));
+        let status = unsafe {
+            $resume(asked(query), Some(&mut $workspace), $(Some(&mut $memory),)? ours, None, out)
+        };
+        assert_eq!(status, punctual_status::NotResumable);
+        stops
+    }};
+}
+pub(crate) use to_the_end;
+
+/// Compares a certificate and its boxes with those of Rust.
+macro_rules! same_certificate {
+    ($certificate:ident, $boxes:ident, $query:expr, $workspace:expr, $expected:expr) => {{
+        let (query, workspace, expected) = (asked($query), Some(&*$workspace), $expected);
+        // SAFETY: here and below, structs of the sizes that they say, and room for three boxes.
+        let told = made(|out| unsafe { $certificate(query, workspace, slot(out)) });
+        let nowhere = punctual_aabb {
+            min: NO_POINT,
+            max: NO_POINT,
+        };
+        let mut boxes = [nowhere; 3];
+        let count = made(|out| unsafe { $boxes(query, workspace, boxes.as_mut_ptr(), 3, out) });
+        assert_eq!(count, expected.boxes().count());
+        assert!(
+            boxes
+                .into_iter()
+                .zip(expected.boxes())
+                .all(|(ours, theirs)| ours == theirs.into())
+        );
+        assert_eq!(told, expected.into());
+    }};
+}
+pub(crate) use same_certificate;
+
+/// A table of calls that are refused, a row each: `call(...) => null "what";` or `call(...) => Status "text";`.
+macro_rules! refuses {
+    ($($call:ident($($argument:expr),* $(,)?) => $kind:ident $text:expr;)*) => {$({
+        #[allow(unused_unsafe, reason = "only some take pointers")]
+        // SAFETY: pointers are null, or good for the call; what is too long is refused before it is read.
+        let status = unsafe { $call($($argument),*) };
+        crate::call::is_refused(stringify!($call), status, stringify!($kind), &$text);
+    })*};
+}
+pub(crate) use refuses;
+
+pub fn is_refused(call: &str, status: Status, kind: &str, text: &str) {
+    let told = last_error();
+    if kind != "null" {
+        assert_eq!(
+            (format!("{status:?}").as_str(), told.as_str()),
+            (kind, text)
+        );
+        return;
+    }
+    assert_eq!(status, Status::Null, "{call}: {told}");
+    let name = if call.starts_with("punctual_") {
+        call
+    } else {
+        "punctual_"
+    };
+    assert!(
+        told.starts_with(name) && told.ends_with(&format!(": {text} is null")),
+        "{call}: {told}"
+    );
+}
+
 #[track_caller]
 pub fn null_is_seen(status: Status, what: &str) {
     assert_eq!(status, Status::Null);

@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::contacts::{Contact, ContactBounds};
-use punctual::{Answer, Budget, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{Answer, Query, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 const NO_CONTACT: punctual_contact = punctual_contact {
@@ -23,7 +23,6 @@ fn same(ours: &punctual_contacts, theirs: &Answer<ContactBounds>) {
         (ours.low, ours.found),
         (theirs.value.low, theirs.stats.found)
     );
-    assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     same_stats(&ours.stats, &theirs.stats);
 }
 
@@ -80,20 +79,12 @@ fn contacts_are_those_of_rust() {
         let native = Query::contacts(&theirs, &theirs, tilted())
             .margin(margin)
             .contact_limit(limit);
-        let budget = punctual_budget_work(work);
-        let mut said = made(|out| run(&query, Some(&mut workspace), budget, out));
-        let mut native_said = native.run(&mut other, Budget::work(work));
-        loop {
-            same(&said, &native_said);
+        let compare = |said: &_, told: &_, held: &mut punctual_workspace, other: &mut Workspace| {
+            same(said, told);
+            let (place, size) = (room.as_mut_ptr(), size_of::<punctual_contact>());
             // SAFETY: there is room for 64.
             let count = made(|out| unsafe {
-                punctual_workspace_contacts(
-                    Some(&workspace),
-                    room.as_mut_ptr(),
-                    size_of::<punctual_contact>(),
-                    64,
-                    out,
-                )
+                punctual_workspace_contacts(Some(held), place, size, 64, out)
             });
             assert_eq!(count, other.contacts().len());
             for (ours, theirs) in room.iter().zip(other.contacts()) {
@@ -105,44 +96,22 @@ fn contacts_are_those_of_rust() {
                 assert_eq!(normals, native.face_normals(theirs.triangles));
                 touching += usize::from(ours.has_segment);
             }
-            let open = made(|out| unsafe {
-                punctual_contact_query_certificate(asked(Some(&query)), Some(&workspace), slot(out))
-            });
-            let certificate = native.certificate(&other).unwrap();
-            assert_eq!(
-                (open.open_pairs, open.upper_bound),
-                (certificate.open_pairs(), certificate.upper_bound())
+            same_certificate!(
+                punctual_contact_query_certificate,
+                punctual_contact_query_open_boxes,
+                &query,
+                held,
+                native.certificate(other).unwrap()
             );
-            // SAFETY: no room is claimed.
-            let boxes = made(|out| unsafe {
-                punctual_contact_query_open_boxes(
-                    asked(Some(&query)),
-                    Some(&workspace),
-                    null_mut(),
-                    0,
-                    out,
-                )
-            });
-            assert_eq!(boxes, certificate.boxes().count());
-            if native_said.stop == StopReason::Finished {
-                break;
+            if told.stop != StopReason::Finished {
+                assert_eq!(punctual_workspace_drain_contacts(Some(held)), Status::Ok);
+                drop(other.drain_contacts());
             }
-            stops += 1;
-            assert_eq!(
-                punctual_workspace_drain_contacts(Some(&mut workspace)),
-                Status::Ok
-            );
-            drop(other.drain_contacts());
-            said = made(|out| resume(&query, Some(&mut workspace), budget, out));
-            native_said = native.resume(&mut other, Budget::work(work)).unwrap();
-        }
-        let status = resume(
-            &query,
-            Some(&mut workspace),
-            budget,
-            Some(&mut MaybeUninit::uninit()),
+        };
+        stops += to_the_end!(
+            punctual_contact_query_run, punctual_contact_query_resume, query, native, work,
+            workspace, other; compare
         );
-        assert_eq!(status, Status::NotResumable);
     }
     assert!(stops > 5 && touching > 50, "{stops} {touching}");
 }
@@ -154,12 +123,10 @@ fn room_is_made_for_contacts() {
         punctual_workspace_reserve_contacts(Some(&mut workspace), 10),
         Status::Ok
     );
-    let status = punctual_workspace_reserve_contacts(Some(&mut workspace), usize::MAX / 2);
-    fails(
-        status,
-        Status::OutOfMemory,
-        "punctual_workspace_reserve_contacts: there is not that much memory",
-    );
+    refuses! {
+        punctual_workspace_reserve_contacts(Some(&mut workspace), usize::MAX / 2)
+            => OutOfMemory "punctual_workspace_reserve_contacts: there is not that much memory";
+    }
     let tree = tree_of(&knot());
     let query = punctual_contact_query_new(Some(&tree), Some(&tree), raw(&tilted()));
     let said = made(|out| {
@@ -183,87 +150,44 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut out = MaybeUninit::uninit();
-    null_is_seen(
-        run(
-            &punctual_contact_query { a: None, ..query },
-            None,
-            budget,
-            None,
-        ),
-        "query->a",
-    );
-    null_is_seen(
-        run(
-            &punctual_contact_query { b: None, ..query },
-            None,
-            budget,
-            None,
-        ),
-        "query->b",
-    );
-    null_is_seen(run(&query, None, budget, None), "outcome");
-    null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(resume(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(
-        unsafe { punctual_contact_query_certificate(asked(None), None, slot(None)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_contact_query_certificate(asked(Some(&query)), None, slot(None)) },
-        "certificate",
-    );
+    refuses! {
+        run(&punctual_contact_query { a: None, ..query }, None, budget, None) => null "query->a";
+        run(&punctual_contact_query { b: None, ..query }, None, budget, None) => null "query->b";
+        run(&query, None, budget, None) => null "outcome";
+        run(&query, None, budget, Some(&mut out)) => null "workspace";
+        resume(&query, None, budget, Some(&mut out)) => null "workspace";
+        punctual_contact_query_certificate(asked(None), None, slot(None)) => null "query";
+        punctual_contact_query_certificate(asked(Some(&query)), None, slot(None))
+            => null "certificate";
+    }
     let pair = punctual_triangle_pair { a: 0, b: u32::MAX };
     let mut normals = MaybeUninit::uninit();
-    null_is_seen(
-        unsafe { punctual_contact_face_normals(asked(None), pair, Some(&mut normals)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_contact_face_normals(asked(Some(&query)), pair, None) },
-        "normals",
-    );
+    refuses! {
+        punctual_contact_face_normals(asked(None), pair, Some(&mut normals)) => null "query";
+        punctual_contact_face_normals(asked(Some(&query)), pair, None) => null "normals";
+    }
     let text = format!(
         "punctual_contact_face_normals: triangles.b is 4294967295, but there are {}",
         made(|out| unsafe { punctual_tree_describe(Some(&tree), slot(out)) }).triangles
     );
-    fails(
-        unsafe { punctual_contact_face_normals(asked(Some(&query)), pair, Some(&mut normals)) },
-        Status::BadArgument,
-        &text,
-    );
-    null_is_seen(punctual_workspace_drain_contacts(None), "workspace");
-    null_is_seen(punctual_workspace_reserve_contacts(None, 1), "workspace");
-    // SAFETY: null.
-    unsafe {
-        null_is_seen(
-            punctual_contact_query_open_boxes(asked(None), None, null_mut(), 0, None),
-            "query",
-        );
-        null_is_seen(
-            punctual_workspace_contacts(None, null_mut(), size_of::<punctual_contact>(), 0, None),
-            "workspace",
-        );
-        null_is_seen(
-            punctual_workspace_contacts(
-                Some(&workspace),
-                null_mut(),
-                size_of::<punctual_contact>(),
-                0,
-                None,
-            ),
-            "count",
-        );
+    refuses! {
+        punctual_contact_face_normals(asked(Some(&query)), pair, Some(&mut normals))
+            => BadArgument &text;
+        punctual_workspace_drain_contacts(None) => null "workspace";
+        punctual_workspace_reserve_contacts(None, 1) => null "workspace";
+    }
+    refuses! {
+        punctual_contact_query_open_boxes(asked(None), None, null_mut(), 0, None)
+            => null "query";
+        punctual_workspace_contacts(None, null_mut(), size_of::<punctual_contact>(), 0, None)
+            => null "workspace";
+        punctual_workspace_contacts(Some(&workspace), null_mut(), size_of::<punctual_contact>(), 0, None)
+            => null "count";
     }
     for margin in [-1.0, f64::NAN] {
-        let status = run(
-            &punctual_contact_query { margin, ..query },
-            Some(&mut workspace),
-            budget,
-            Some(&mut out),
-        );
-        let text = format!(
-            "punctual_contact_query_run: query->margin is {margin}, which is negative or no number"
-        );
-        fails(status, Status::BadArgument, &text);
+        refuses! {
+            run(&punctual_contact_query { margin, ..query }, Some(&mut workspace), budget, Some(&mut out))
+                => BadArgument &format!("punctual_contact_query_run: query->margin is {margin}, which is negative or no number");
+        }
     }
 }

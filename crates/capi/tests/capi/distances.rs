@@ -6,14 +6,11 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::distance::{Bounds, DistanceEstimate};
-use punctual::{
-    Answer, Budget, Certificate, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
-};
+use punctual::{Answer, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_distance, theirs: &Answer<Bounds>) {
     assert_eq!([ours.low, ours.high], [theirs.value.low, theirs.value.high]);
-    assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     let closer = match theirs.value.closer {
         None => punctual_closer::Undecided,
         Some(true) => punctual_closer::Yes,
@@ -33,42 +30,6 @@ fn same(ours: &punctual_distance, theirs: &Answer<Bounds>) {
         points.map(|p| p.to_array())
     );
     same_stats(&ours.stats, &theirs.stats);
-}
-
-fn same_certificate(
-    query: &punctual_distance_query,
-    workspace: &punctual_workspace,
-    theirs: &Certificate,
-) {
-    let open = made(|open| unsafe {
-        punctual_distance_query_certificate(asked(Some(query)), Some(workspace), slot(open))
-    });
-    assert_eq!(
-        (open.open_pairs, open.upper_bound),
-        (theirs.open_pairs(), theirs.upper_bound())
-    );
-    assert_eq!(open.largest_extent, theirs.largest_extent());
-    let mut boxes = vec![
-        punctual_aabb {
-            min: NO_POINT,
-            max: NO_POINT
-        };
-        3
-    ];
-    // SAFETY: there is room for three.
-    let count = made(|count| unsafe {
-        punctual_distance_query_open_boxes(
-            asked(Some(query)),
-            Some(workspace),
-            boxes.as_mut_ptr(),
-            3,
-            count,
-        )
-    });
-    assert!(count == theirs.boxes().count() && open.open_pairs > 0);
-    for (ours, theirs) in boxes.iter().zip(theirs.boxes()) {
-        assert_eq!([ours.min.x, ours.max.z], [theirs.min.x, theirs.max.z]);
-    }
 }
 
 fn same_estimate(
@@ -134,59 +95,24 @@ fn distances_are_those_of_rust() {
                 punctual_distance_query_predict(asked(Some(&query)), Some(&memory), work)
             });
             assert_eq!(expected, native.predict(Some(&remembered)).into());
-            let budget = punctual_budget_work(4_000);
-            let mut distance = made(|out| {
-                let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
-                // SAFETY: no clock of the caller's.
-                unsafe {
-                    punctual_distance_query_run(
-                        asked(Some(&query)),
-                        workspace,
-                        memory,
-                        budget,
-                        None,
-                        slot(out),
-                    )
-                }
-            });
-            let mut expected = native
-                .with_memory(&mut remembered)
-                .run(&mut other, Budget::work(4_000));
-            while expected.stop != StopReason::Finished {
-                stops += 1;
-                same(&distance, &expected);
-                same_certificate(&query, &workspace, &native.certificate(&other).unwrap());
-                same_estimate(&query, &workspace, native.estimate(&other, None).unwrap());
-                distance = made(|out| {
-                    let workspace = Some(&mut *workspace);
-                    // SAFETY: no clock of the caller's.
-                    unsafe {
-                        punctual_distance_query_resume(
-                            asked(Some(&query)),
-                            workspace,
-                            None,
-                            budget,
-                            None,
-                            slot(out),
-                        )
+            let compare =
+                |said: &_, told: &_, held: &mut punctual_workspace, other: &mut Workspace| {
+                    same(said, told);
+                    if told.stop != StopReason::Finished {
+                        same_certificate!(
+                            punctual_distance_query_certificate,
+                            punctual_distance_query_open_boxes,
+                            &query,
+                            held,
+                            native.certificate(other).unwrap()
+                        );
+                        same_estimate(&query, held, native.estimate(other, None).unwrap());
                     }
-                });
-                expected = native.resume(&mut other, Budget::work(4_000)).unwrap();
-            }
-            same(&distance, &expected);
-            let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
-            // SAFETY: no clock of the caller's.
-            let status = unsafe {
-                punctual_distance_query_resume(
-                    asked(Some(&query)),
-                    workspace,
-                    None,
-                    budget,
-                    None,
-                    slot(out),
-                )
-            };
-            assert_eq!(status, Status::NotResumable);
+                };
+            stops += to_the_end!(
+                punctual_distance_query_run, punctual_distance_query_resume, query, native, 4_000,
+                workspace, other, memory, remembered; compare
+            );
         }
     }
     assert!(stops > 5, "{stops}");
@@ -212,92 +138,40 @@ fn null_is_refused_by_distance_queries() {
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut out = MaybeUninit::uninit();
-    null_is_seen(
-        run(
-            &punctual_distance_query { a: None, ..query },
-            None,
-            budget,
-            None,
-        ),
-        "query->a",
-    );
-    null_is_seen(
-        run(
-            &punctual_distance_query { b: None, ..query },
-            None,
-            budget,
-            None,
-        ),
-        "query->b",
-    );
-    null_is_seen(run(&query, None, budget, None), "outcome");
-    null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(
-        unsafe { punctual_distance_query_certificate(asked(None), None, slot(None)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_predict(asked(None), None, None) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_predict(asked(Some(&query)), None, None) },
-        "work",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_estimate(asked(None), None, None, slot(None)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_estimate(asked(Some(&query)), None, None, slot(None)) },
-        "estimate",
-    );
-    null_is_seen(
-        unsafe { punctual_distance_query_certificate(asked(Some(&query)), None, slot(None)) },
-        "certificate",
-    );
-    null_is_seen(
-        unsafe {
-            punctual_distance_query_certificate(
-                asked(Some(&query)),
-                None,
-                slot(Some(&mut MaybeUninit::uninit())),
-            )
-        },
-        "workspace",
-    );
+    refuses! {
+        run(&punctual_distance_query { a: None, ..query }, None, budget, None) => null "query->a";
+        run(&punctual_distance_query { b: None, ..query }, None, budget, None) => null "query->b";
+        run(&query, None, budget, None) => null "outcome";
+        run(&query, None, budget, Some(&mut out)) => null "workspace";
+        punctual_distance_query_certificate(asked(None), None, slot(None)) => null "query";
+        punctual_distance_query_predict(asked(None), None, None) => null "query";
+        punctual_distance_query_predict(asked(Some(&query)), None, None) => null "work";
+        punctual_distance_query_estimate(asked(None), None, None, slot(None)) => null "query";
+        punctual_distance_query_estimate(asked(Some(&query)), None, None, slot(None))
+            => null "estimate";
+        punctual_distance_query_certificate(asked(Some(&query)), None, slot(None))
+            => null "certificate";
+        punctual_distance_query_certificate(asked(Some(&query)), None, slot(Some(&mut MaybeUninit::uninit())))
+            => null "workspace";
+    }
     let no_clock = punctual_clock {
         now: None,
         context: null_mut(),
     };
-    // SAFETY: nothing but null.
-    unsafe {
-        null_is_seen(
-            punctual_distance_query_open_boxes(asked(None), None, null_mut(), 0, None),
-            "query",
-        );
-        null_is_seen(
-            punctual_distance_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
-            "count",
-        );
-        null_is_seen(
-            punctual_distance_query_run(asked(None), None, None, budget, None, slot(None)),
-            "query",
-        );
-        null_is_seen(
-            punctual_distance_query_resume(asked(None), None, None, budget, None, slot(None)),
-            "query",
-        );
-        let (workspace, clock) = (Some(&mut *workspace), Some(&no_clock));
-        let status = punctual_distance_query_resume(
-            asked(Some(&query)),
-            workspace,
-            None,
-            budget,
-            clock,
-            slot(Some(&mut out)),
-        );
-        null_is_seen(status, "clock->now");
+    refuses! {
+        punctual_distance_query_open_boxes(asked(None), None, null_mut(), 0, None)
+            => null "query";
+        punctual_distance_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None)
+            => null "count";
+        punctual_distance_query_run(asked(None), None, None, budget, None, slot(None))
+            => null "query";
+        punctual_distance_query_resume(asked(None), None, None, budget, None, slot(None))
+            => null "query";
+    }
+    let (workspace, clock) = (Some(&mut *workspace), Some(&no_clock));
+    refuses! {
+        punctual_distance_query_resume(asked(Some(&query)), workspace, None, budget, clock, slot(Some(&mut out)))
+            => null "clock->now";
     }
 }
 
@@ -382,15 +256,8 @@ fn numbers_out_of_range_are_named_by_distance_queries() {
     }
     let mut bad = query;
     bad.b_in_a.m[7] = nan;
-    let status = run(
-        &bad,
-        Some(&mut workspace),
-        punctual_budget_unlimited(),
-        Some(&mut MaybeUninit::uninit()),
-    );
-    fails(
-        status,
-        Status::BadPose,
-        "punctual_distance_query_run: entry 7 of the pose [R|t], row by row, is not finite",
-    );
+    refuses! {
+        run(&bad, Some(&mut workspace), punctual_budget_unlimited(), Some(&mut MaybeUninit::uninit()))
+            => BadPose "punctual_distance_query_run: entry 7 of the pose [R|t], row by row, is not finite";
+    }
 }

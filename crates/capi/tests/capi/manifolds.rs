@@ -4,8 +4,9 @@ use std::ptr::null_mut;
 
 use super::call::*;
 use super::queries::same_stats;
-use punctual::{Budget, PairMemory, Query, StopReason, Tree, Workspace, shapes};
-use punctual_capi::{punctual_status as Status, *};
+use punctual::contacts::ManifoldBounds;
+use punctual::{Answer, PairMemory, Query, Tree, Workspace, shapes};
+use punctual_capi::*;
 
 const NO_MANIFOLD_POINT: punctual_manifold_point = punctual_manifold_point {
     id: 0,
@@ -31,41 +32,18 @@ fn manifolds_are_those_of_rust() {
         assert_eq!(query.skin, 0.0);
         query.skin = skin;
         let native = Query::manifolds(&theirs, &theirs, tilted()).skin(skin);
-        let budget = punctual_budget_work(40_000);
-        // SAFETY: no clock of the caller's.
-        let mut said = made(|out| unsafe {
-            punctual_manifold_query_run(
-                asked(Some(&query)),
-                Some(&mut workspace),
-                Some(&mut memory),
-                budget,
-                None,
-                slot(out),
-            )
-        });
-        let mut native_said = native
-            .with_memory(&mut expected)
-            .run(&mut other, Budget::work(40_000));
-        loop {
-            assert_eq!(
-                (said.low, said.meets, said.found),
-                (
-                    native_said.value.low,
-                    native_said.value.meets,
-                    native_said.stats.found
-                )
-            );
-            same_stats(&said.stats, &native_said.stats);
+        let compare = |said: &punctual_manifolds,
+                       told: &Answer<ManifoldBounds>,
+                       held: &mut punctual_workspace,
+                       other: &mut Workspace| {
+            assert_eq!((said.low, said.meets), (told.value.low, told.value.meets));
+            assert_eq!(said.found, told.stats.found);
+            same_stats(&said.stats, &told.stats);
             let mut room = vec![NO_MANIFOLD_POINT; 400];
+            let (place, size) = (room.as_mut_ptr(), size_of::<punctual_manifold_point>());
             // SAFETY: there is room for 400.
             let count = made(|out| unsafe {
-                punctual_workspace_manifold_points(
-                    Some(&workspace),
-                    room.as_mut_ptr(),
-                    size_of::<punctual_manifold_point>(),
-                    400,
-                    out,
-                )
+                punctual_workspace_manifold_points(Some(held), place, size, 400, out)
             });
             let all = other.manifolds().iter();
             let all: Vec<_> = all
@@ -87,26 +65,11 @@ fn manifolds_are_those_of_rust() {
                 );
             }
             points += count;
-            if native_said.stop == StopReason::Finished {
-                break;
-            }
-            stops += 1;
-            // SAFETY: no clock of the caller's.
-            said = made(|out| unsafe {
-                punctual_manifold_query_resume(
-                    asked(Some(&query)),
-                    Some(&mut workspace),
-                    Some(&mut memory),
-                    budget,
-                    None,
-                    slot(out),
-                )
-            });
-            native_said = native
-                .with_memory(&mut expected)
-                .resume(&mut other, Budget::work(40_000))
-                .unwrap();
-        }
+        };
+        stops += to_the_end!(
+            punctual_manifold_query_run, punctual_manifold_query_resume, query, native, 40_000,
+            workspace, other, memory, expected; compare
+        );
     }
     assert!(stops > 3 && points > 4, "{stops} stops, {points} points");
 }
@@ -120,31 +83,14 @@ fn bad_questions_for_manifolds_are_refused() {
         let mut query = punctual_manifold_query_new(Some(&tree), Some(&tree), raw(&tilted()));
         query.skin = skin;
         // SAFETY: no clock of the caller's.
-        let status = unsafe {
-            punctual_manifold_query_run(
-                asked(Some(&query)),
-                Some(&mut workspace),
-                None,
-                budget,
-                None,
-                null_mut(),
-            )
-        };
-        let text = format!(
-            "punctual_manifold_query_run: query->skin is {text}, which is negative or no number"
-        );
-        fails(status, Status::BadArgument, &text);
+        refuses! {
+            punctual_manifold_query_run(asked(Some(&query)), Some(&mut workspace), None, budget, None, null_mut())
+                => BadArgument &format!("punctual_manifold_query_run: query->skin is {text}, which is negative or no number");
+        }
     }
     // SAFETY: null is told.
-    let status = unsafe {
-        punctual_manifold_query_run(
-            asked(None),
-            Some(&mut workspace),
-            None,
-            budget,
-            None,
-            null_mut(),
-        )
-    };
-    null_is_seen(status, "query");
+    refuses! {
+        punctual_manifold_query_run(asked(None), Some(&mut workspace), None, budget, None, null_mut())
+            => null "query";
+    }
 }

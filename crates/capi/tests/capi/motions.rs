@@ -7,9 +7,7 @@ use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
 use punctual::impact::TimeOfImpact;
-use punctual::{
-    Answer, Budget, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
-};
+use punctual::{Answer, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_passage, theirs: &Answer<TimeOfImpact>) {
@@ -22,7 +20,6 @@ fn same(ours: &punctual_passage, theirs: &Answer<TimeOfImpact>) {
         [ours.triangles.a, ours.triangles.b],
         theirs.value.triangles.unwrap_or_default()
     );
-    assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     same_stats(&ours.stats, &theirs.stats);
 }
 
@@ -103,68 +100,23 @@ fn motions_are_those_of_rust() {
                 punctual_motion_query_predict(asked(Some(&query)), Some(&memory), work)
             });
             assert_eq!(told, native.predict(Some(&remembered)).into());
-            let budget = punctual_budget_work(8_000);
-            let mut passage = made(|out| {
-                let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
-                // SAFETY: no clock of the caller's.
-                unsafe {
-                    punctual_motion_query_run(
-                        asked(Some(&query)),
-                        workspace,
-                        memory,
-                        budget,
-                        None,
-                        slot(out),
-                    )
-                }
-            });
-            let mut expected = native
-                .with_memory(&mut remembered)
-                .run(&mut other, Budget::work(8_000));
-            while expected.stop != StopReason::Finished {
-                stops += 1;
-                same(&passage, &expected);
-                let (question, held) = (asked(Some(&query)), Some(&*workspace));
-                // SAFETY: here and below, of the sizes that they say, and no room is claimed.
-                let open = made(|out| unsafe {
-                    punctual_motion_query_certificate(question, held, slot(out))
-                });
-                let certificate = native.certificate(&other).unwrap();
-                assert_eq!(open, certificate.into());
-                let boxes = made(|count| unsafe {
-                    punctual_motion_query_open_boxes(question, held, null_mut(), 0, count)
-                });
-                assert_eq!(boxes, certificate.boxes().count());
-                passage = made(|out| {
-                    let workspace = Some(&mut *workspace);
-                    // SAFETY: no clock of the caller's.
-                    unsafe {
-                        punctual_motion_query_resume(
-                            asked(Some(&query)),
-                            workspace,
-                            None,
-                            budget,
-                            None,
-                            slot(out),
-                        )
+            let compare =
+                |said: &_, told: &_, held: &mut punctual_workspace, other: &mut Workspace| {
+                    same(said, told);
+                    if told.stop != StopReason::Finished {
+                        same_certificate!(
+                            punctual_motion_query_certificate,
+                            punctual_motion_query_open_boxes,
+                            &query,
+                            held,
+                            native.certificate(other).unwrap()
+                        );
                     }
-                });
-                expected = native.resume(&mut other, Budget::work(8_000)).unwrap();
-            }
-            same(&passage, &expected);
-            let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
-            // SAFETY: no clock of the caller's.
-            let status = unsafe {
-                punctual_motion_query_resume(
-                    asked(Some(&query)),
-                    workspace,
-                    None,
-                    budget,
-                    None,
-                    slot(out),
-                )
-            };
-            assert_eq!(status, Status::NotResumable);
+                };
+            stops += to_the_end!(
+                punctual_motion_query_run, punctual_motion_query_resume, query, native, 8_000,
+                workspace, other, memory, remembered; compare
+            );
         }
     }
     assert!(stops > 5, "{stops}");
@@ -177,16 +129,11 @@ fn bad_motions_are_refused() {
     let query = punctual_motion_query_new(Some(&tree), Some(&tree), motion);
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
-    // SAFETY: nothing but null.
-    unsafe {
-        null_is_seen(
-            punctual_motion_query_certificate(asked(Some(&query)), None, slot(None)),
-            "certificate",
-        );
-        null_is_seen(
-            punctual_motion_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
-            "count",
-        );
+    refuses! {
+        punctual_motion_query_certificate(asked(Some(&query)), None, slot(None))
+            => null "certificate";
+        punctual_motion_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None)
+            => null "count";
     }
     let mut refused = |query: punctual_motion_query, what: &str| {
         let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
@@ -284,28 +231,16 @@ fn bad_motions_are_refused() {
     let mut bad = query;
     bad.of_b.start.m[0] = 2.0;
     assert_eq!(refused(bad, "rotation"), Status::BadPose);
-    null_is_seen(
-        unsafe { punctual_motion_query_predict(asked(None), None, None) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_motion_query_predict(asked(Some(&query)), None, None) },
-        "work",
-    );
-    null_is_seen(
-        unsafe { punctual_motion_query_remaining(asked(None), None, None, null_mut()) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_motion_query_remaining(asked(Some(&query)), None, None, null_mut()) },
-        "remaining",
-    );
-    null_is_seen(
-        punctual_motion_screw(motion.start, motion.start, None),
-        "motion",
-    );
-    null_is_seen(punctual_motion_pose(None, 0.0, None), "motion");
-    null_is_seen(punctual_motion_pose(Some(&motion), 0.0, None), "pose");
+    refuses! {
+        punctual_motion_query_predict(asked(None), None, None) => null "query";
+        punctual_motion_query_predict(asked(Some(&query)), None, None) => null "work";
+        punctual_motion_query_remaining(asked(None), None, None, null_mut()) => null "query";
+        punctual_motion_query_remaining(asked(Some(&query)), None, None, null_mut())
+            => null "remaining";
+        punctual_motion_screw(motion.start, motion.start, None) => null "motion";
+        punctual_motion_pose(None, 0.0, None) => null "motion";
+        punctual_motion_pose(Some(&motion), 0.0, None) => null "pose";
+    }
 }
 
 const NAN: punctual_point = punctual_point {

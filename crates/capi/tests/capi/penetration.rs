@@ -142,25 +142,28 @@ fn limits_and_tolerances_are_those_of_rust() {
 }
 
 #[test]
-fn what_no_penetration_query_takes() {
+fn nulls_and_bad_poses_are_refused_by_penetration_queries() {
     let ours = tree_of(&knot());
     let (tree, mut out) = (Some(&*ours), MaybeUninit::uninit());
     let mut workspace = owned(|out| punctual_penetration_workspace_new(out));
     let query = punctual_penetration_query_new(tree, tree, raw(&tilted()));
     let no_a = punctual_penetration_query { a: None, ..query };
-    null_is_seen(call(RUN, &no_a, None, 1, None), "query->a");
+    refuses! {
+        call(RUN, &no_a, None, 1, None) => null "query->a";
+    }
     let no_b = punctual_penetration_query { b: None, ..query };
-    null_is_seen(call(RUN, &no_b, None, 1, None), "query->b");
-    null_is_seen(call(RUN, &query, None, 1, None), "penetration");
-    null_is_seen(call(RUN, &query, None, 1, Some(&mut out)), "workspace");
+    refuses! {
+        call(RUN, &no_b, None, 1, None) => null "query->b";
+        call(RUN, &query, None, 1, None) => null "outcome";
+        call(RUN, &query, None, 1, Some(&mut out)) => null "workspace";
+    }
     let mut bad = query;
     bad.b_in_a.m[0] = 2.0;
     let status = call(RUN, &bad, Some(&mut workspace), 1, Some(&mut out));
     assert_eq!(status, Status::BadPose);
     let status = call(RESUME, &query, Some(&mut workspace), 1, Some(&mut out));
     assert_eq!(status, Status::NotResumable);
-    null_is_seen(
-        punctual_penetration_workspace_new(None),
-        "the place for the new handle",
-    );
+    refuses! {
+        punctual_penetration_workspace_new(None) => null "the place for the new handle";
+    }
 }

@@ -119,7 +119,7 @@ fn points_are_those_of_rust() {
 
 /// Each question after each other one, in one workspace, with budgets that leave no room for it.
 #[test]
-fn a_question_without_room_tells_nothing_of_the_one_before() {
+fn a_query_without_memory_for_its_points_shows_no_older_answer() {
     let (knot, _) = solid();
     let solid = punctual_build_options {
         solid: punctual_solid::Keep as usize,
@@ -227,7 +227,7 @@ fn refused(status: Status, expected: Status, text: &str) {
 }
 
 #[test]
-fn what_is_no_solid_or_no_point_is_refused() {
+fn open_surfaces_and_bad_points_are_refused() {
     let (ours, _) = solid();
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut bounds = [const { MaybeUninit::<punctual_point_bounds>::uninit() }; 2];
@@ -273,41 +273,17 @@ fn what_is_no_solid_or_no_point_is_refused() {
     let text = "punctual_points_run: point 1 is not finite along axis 2";
     refused(status, Status::BadArgument, text);
     points[1][2] = 0.0;
-    null_is_seen(
-        spend(
-            false,
-            none,
-            &points,
-            1,
-            Some(&mut workspace),
-            9,
-            room,
-            Some(&mut out),
-        ),
-        "tree",
-    );
-    null_is_seen(
-        spend(false, some, &points, 1, None, 9, room, Some(&mut out)),
-        "workspace",
-    );
+    refuses! {
+        spend(false, none, &points, 1, Some(&mut workspace), 9, room, Some(&mut out))
+            => null "tree";
+        spend(false, some, &points, 1, None, 9, room, Some(&mut out)) => null "workspace";
+    }
     let nowhere = null_mut();
-    null_is_seen(
-        spend(
-            false,
-            some,
-            &points,
-            1,
-            Some(&mut workspace),
-            9,
-            nowhere,
-            Some(&mut out),
-        ),
-        "bounds",
-    );
-    null_is_seen(
-        spend(false, some, &points, 1, Some(&mut workspace), 9, room, None),
-        "outcome",
-    );
+    refuses! {
+        spend(false, some, &points, 1, Some(&mut workspace), 9, nowhere, Some(&mut out))
+            => null "bounds";
+        spend(false, some, &points, 1, Some(&mut workspace), 9, room, None) => null "outcome";
+    }
     let options = punctual_build_options {
         solid: 7,
         ..Default::default()

@@ -208,39 +208,13 @@ impl<'t> Both<'t> {
     }
 
     fn same_certificate(&self) {
-        let open = made(|open| unsafe {
-            punctual_query_certificate(asked(Some(&self.query)), Some(self.workspace), slot(open))
-        });
-        let certificate = self.native.certificate(self.other).unwrap();
-        assert_eq!(
-            (open.open_pairs, open.upper_bound),
-            (certificate.open_pairs(), certificate.upper_bound())
+        same_certificate!(
+            punctual_query_certificate,
+            punctual_query_open_boxes,
+            Some(&self.query),
+            self.workspace,
+            self.native.certificate(self.other).unwrap()
         );
-        assert_eq!(open.largest_extent, certificate.largest_extent());
-        let mut boxes = vec![
-            punctual_aabb {
-                min: NO_POINT,
-                max: NO_POINT
-            };
-            3
-        ];
-        let count = made(|count| {
-            // SAFETY: there is room for three.
-            unsafe {
-                punctual_query_open_boxes(
-                    asked(Some(&self.query)),
-                    Some(self.workspace),
-                    boxes.as_mut_ptr(),
-                    3,
-                    count,
-                )
-            }
-        });
-        assert_eq!(count, certificate.boxes().count());
-        assert!(count <= open.open_pairs);
-        for (ours, theirs) in boxes.iter().zip(certificate.boxes()) {
-            assert_eq!([ours.min.x, ours.max.z], [theirs.min.x, theirs.max.z]);
-        }
     }
 
     fn same_forecasts(&self) {
@@ -316,18 +290,10 @@ fn queries_answer_as_in_rust() {
             both.run(budget, native_budget);
             let (workspace, out) = (Some(&mut *both.workspace), Some(&mut MaybeUninit::uninit()));
             // SAFETY: no clock of the caller's.
-            let status = unsafe {
-                punctual_query_resume(
-                    asked(Some(&both.query)),
-                    workspace,
-                    None,
-                    budget,
-                    None,
-                    slot(out),
-                )
-            };
-            let text = "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
-            fails(status, Status::NotResumable, text);
+            refuses! {
+                punctual_query_resume(asked(Some(&both.query)), workspace, None, budget, None, slot(out))
+                    => NotResumable "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
+            }
         }
     }
 }

@@ -7,8 +7,8 @@ use super::allocations::allocator_calls;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
-use punctual::rays::{RayHit, RayMode};
-use punctual::{Budget, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
+use punctual::rays::{RayBounds, RayHit, RayMode};
+use punctual::{Answer, Budget, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 const NO_HIT: punctual_ray_hit = punctual_ray_hit {
@@ -143,47 +143,39 @@ fn rays_are_those_of_rust() {
                 ..punctual_ray_query_new(Some(&ours), raw)
             };
             let native = Query::ray(&theirs, ray).mode(mode).solid(true);
-            let mut expected = native.run(&mut other, Budget::work(400));
-            let mut said = made(|out| cast(&query, false, Some(&mut workspace), 400, out));
-            loop {
-                same_hit(&said.hit, expected.value.hit);
+            let compare = |said: &punctual_ray_cast,
+                           told: &Answer<RayBounds>,
+                           held: &mut punctual_workspace,
+                           other: &mut Workspace| {
+                same_hit(&said.hit, told.value.hit);
                 assert_eq!(
                     (said.found, said.free_until),
-                    (expected.stats.found, expected.value.free_until)
+                    (told.stats.found, told.value.free_until)
                 );
-                assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
-                same_stats(&said.stats, &expected.stats);
-                let inside = match expected.value.starts_inside {
+                same_stats(&said.stats, &told.stats);
+                let inside = match told.value.starts_inside {
                     None => punctual_inside::Undecided,
                     Some(true) => punctual_inside::Yes,
                     Some(false) => punctual_inside::No,
                 };
                 assert_eq!(said.starts_inside, inside as u64);
-                let listed = found(&workspace);
+                let listed = found(held);
                 assert_eq!(listed.len(), other.ray_hits().len());
                 listed
                     .iter()
                     .zip(other.ray_hits())
                     .for_each(|(ours, &theirs)| same_hit(ours, Some(theirs)));
                 hits += listed.len();
-                match expected.stop {
-                    StopReason::Finished | StopReason::FirstHit => break,
-                    StopReason::PairsFull => {
-                        full += 1;
-                        assert_eq!(
-                            punctual_workspace_drain_ray_hits(Some(&mut workspace)),
-                            Status::Ok
-                        );
-                        drop(other.drain_ray_hits());
-                    }
-                    _ => stops += 1,
+                if told.stop == StopReason::PairsFull {
+                    full += 1;
+                    assert_eq!(punctual_workspace_drain_ray_hits(Some(held)), Status::Ok);
+                    drop(other.drain_ray_hits());
                 }
-                expected = native.resume(&mut other, Budget::work(400)).unwrap();
-                said = made(|out| cast(&query, true, Some(&mut workspace), 400, out));
-            }
-            let mut out = MaybeUninit::uninit();
-            let status = cast(&query, true, Some(&mut workspace), 400, Some(&mut out));
-            assert_eq!(status, Status::NotResumable);
+            };
+            stops += to_the_end!(
+                punctual_ray_query_run, punctual_ray_query_resume, query, native, 400,
+                workspace, other; compare
+            );
         }
     }
     assert!(stops > 20 && full > 5 && hits > 60, "{stops} {full} {hits}");
@@ -275,29 +267,17 @@ fn batches_are_those_of_rust_and_do_not_allocate_again() {
 }
 
 #[test]
-fn what_is_no_ray_is_refused_by_name() {
+fn bad_rays_are_refused_by_name() {
     let tree = tree_of(&knot());
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let (ray, mut out) = (rays()[0].0, MaybeUninit::uninit());
     let query = punctual_ray_query_new(Some(&tree), ray);
-    null_is_seen(
-        cast(
-            &punctual_ray_query {
-                tree: None,
-                ..query
-            },
-            false,
-            None,
-            1,
-            None,
-        ),
-        "query->tree",
-    );
-    null_is_seen(
-        cast(&query, false, Some(&mut workspace), 1, None),
-        "outcome",
-    );
-    null_is_seen(cast(&query, true, None, 1, Some(&mut out)), "workspace");
+    refuses! {
+        cast(&punctual_ray_query { tree: None, ..query }, false, None, 1, None)
+            => null "query->tree";
+        cast(&query, false, Some(&mut workspace), 1, None) => null "outcome";
+        cast(&query, true, None, 1, Some(&mut out)) => null "workspace";
+    }
     let lost = punctual_ray {
         target: punctual_point {
             x: 0.0,
@@ -328,93 +308,41 @@ fn what_is_no_ray_is_refused_by_name() {
             "query->mode has no value 3",
         ),
     ] {
-        let status = cast(&bad, false, Some(&mut workspace), 1, Some(&mut out));
-        fails(
-            status,
-            Status::BadArgument,
-            &format!("punctual_ray_query_run: {text}"),
-        );
+        refuses! {
+            cast(&bad, false, Some(&mut workspace), 1, Some(&mut out))
+                => BadArgument &format!("punctual_ray_query_run: {text}");
+        }
     }
     let (mut many, mut hits, mut out) = ([ray; 3], [NO_HIT; 3], MaybeUninit::uninit());
     let asked = punctual_ray_batch_new(Some(&tree), many.as_ptr(), 3);
     let room = hits.as_mut_ptr();
-    null_is_seen(
-        batch(
-            &punctual_ray_batch {
-                tree: None,
-                ..asked
-            },
-            false,
-            None,
-            1,
-            room,
-            None,
-        ),
-        "batch->tree",
-    );
-    null_is_seen(
-        batch(
-            &punctual_ray_batch {
-                rays: null(),
-                ..asked
-            },
-            false,
-            None,
-            1,
-            room,
-            None,
-        ),
-        "batch->rays",
-    );
-    null_is_seen(batch(&asked, false, None, 1, null_mut(), None), "hits");
-    null_is_seen(
-        batch(&asked, false, Some(&mut workspace), 1, room, None),
-        "outcome",
-    );
-    null_is_seen(
-        batch(&asked, true, None, 1, room, Some(&mut out)),
-        "workspace",
-    );
-    let status = batch(
-        &punctual_ray_batch { mode: 2, ..asked },
-        false,
-        Some(&mut workspace),
-        1,
-        room,
-        Some(&mut out),
-    );
-    fails(
-        status,
-        Status::BadArgument,
-        "punctual_ray_batch_run: batch->mode has no value 2",
-    );
+    refuses! {
+        batch(&punctual_ray_batch { tree: None, ..asked }, false, None, 1, room, None)
+            => null "batch->tree";
+        batch(&punctual_ray_batch { rays: null(), ..asked }, false, None, 1, room, None)
+            => null "batch->rays";
+        batch(&asked, false, None, 1, null_mut(), None) => null "hits";
+        batch(&asked, false, Some(&mut workspace), 1, room, None) => null "outcome";
+        batch(&asked, true, None, 1, room, Some(&mut out)) => null "workspace";
+        batch(&punctual_ray_batch { mode: 2, ..asked }, false, Some(&mut workspace), 1, room, Some(&mut out))
+            => BadArgument "punctual_ray_batch_run: batch->mode has no value 2";
+    }
     many[1] = lost;
     let asked = punctual_ray_batch {
         rays: many.as_ptr(),
         ..asked
     };
-    let status = batch(&asked, false, Some(&mut workspace), 1, room, Some(&mut out));
-    let text =
-        "punctual_ray_batch_run: batch->rays[1]: y of the ray's direction or end is not finite";
-    fails(status, Status::BadArgument, text);
-    null_is_seen(punctual_workspace_drain_ray_hits(None), "workspace");
-    null_is_seen(punctual_workspace_reserve_ray_hits(None, 1), "workspace");
-    let status = punctual_workspace_reserve_ray_hits(Some(&mut workspace), usize::MAX / 2);
-    fails(
-        status,
-        Status::OutOfMemory,
-        "punctual_workspace_reserve_ray_hits: there is not that much memory",
-    );
-    // SAFETY: null.
-    unsafe {
-        null_is_seen(
-            punctual_workspace_ray_hits(None, null_mut(), 0, None),
-            "workspace",
-        );
-        null_is_seen(
-            punctual_workspace_ray_hits(Some(&workspace), null_mut(), 0, None),
-            "count",
-        );
+    refuses! {
+        batch(&asked, false, Some(&mut workspace), 1, room, Some(&mut out))
+            => BadArgument "punctual_ray_batch_run: batch->rays[1]: y of the ray's direction or end is not finite";
+        punctual_workspace_drain_ray_hits(None) => null "workspace";
+        punctual_workspace_reserve_ray_hits(None, 1) => null "workspace";
+        punctual_workspace_reserve_ray_hits(Some(&mut workspace), usize::MAX / 2)
+            => OutOfMemory "punctual_workspace_reserve_ray_hits: there is not that much memory";
+    }
+    refuses! {
+        punctual_workspace_ray_hits(None, null_mut(), 0, None) => null "workspace";
+        punctual_workspace_ray_hits(Some(&workspace), null_mut(), 0, None) => null "count";
     }
 }
 
@@ -462,22 +390,12 @@ fn the_clearance_is_that_of_rust() {
             && clearance(&memory, &at(2.0)) == 0.0
     );
     let (pose, mut out) = (raw(&at(9.0)), MaybeUninit::uninit());
-    null_is_seen(
-        punctual_memory_clearance(None, tree, tree, pose, Some(&mut out)),
-        "memory",
-    );
-    null_is_seen(
-        punctual_memory_clearance(Some(&memory), None, tree, pose, Some(&mut out)),
-        "a",
-    );
-    null_is_seen(
-        punctual_memory_clearance(Some(&memory), tree, None, pose, Some(&mut out)),
-        "b",
-    );
-    null_is_seen(
-        punctual_memory_clearance(Some(&memory), tree, tree, pose, None),
-        "clearance",
-    );
+    refuses! {
+        punctual_memory_clearance(None, tree, tree, pose, Some(&mut out)) => null "memory";
+        punctual_memory_clearance(Some(&memory), None, tree, pose, Some(&mut out)) => null "a";
+        punctual_memory_clearance(Some(&memory), tree, None, pose, Some(&mut out)) => null "b";
+        punctual_memory_clearance(Some(&memory), tree, tree, pose, None) => null "clearance";
+    }
     let no_pose = punctual_pose { m: [0.0; 12] };
     assert_eq!(
         punctual_memory_clearance(Some(&memory), tree, tree, no_pose, Some(&mut out)),

@@ -43,31 +43,24 @@ fn null_is_refused_by_meshes_poses_and_triangles() {
             HANDLE,
         );
     }
-    null_is_seen(unsafe { punctual_mesh_describe(None, slot(None)) }, "mesh");
-    null_is_seen(
-        unsafe { punctual_mesh_describe(Some(&mesh), slot(None)) },
-        "facts",
-    );
-    null_is_seen(punctual_mesh_indices(None, None), "mesh");
-    null_is_seen(punctual_mesh_indices(Some(&mesh), None), "indices");
-    null_is_seen(punctual_mesh_vertex(None, 0, None), "mesh");
-    null_is_seen(punctual_mesh_vertex(Some(&mesh), 0, None), "vertex");
-    null_is_seen(punctual_shape_icosphere(0, None), HANDLE);
-    null_is_seen(punctual_shape_cuboid(1.0, 1.0, 1.0, 1, None), HANDLE);
-    null_is_seen(punctual_shape_torus(1.0, 0.3, 3, None), HANDLE);
-    null_is_seen(punctual_shape_torus_knot(2, 3, 0.1, 40, None), HANDLE);
-    null_is_seen(punctual_shape_gear(3, 1, None), HANDLE);
-    null_is_seen(punctual_shape_height_field(1, 1, None), HANDLE);
-    null_is_seen(
-        punctual_pose_from_quaternion(0.0, 0.0, 0.0, 1.0, NO_POINT, None),
-        "pose",
-    );
-    null_is_seen(punctual_pose_compose(pose, pose, None), "pose");
-    null_is_seen(punctual_pose_inverse(pose, None), "pose");
-    null_is_seen(
-        punctual_triangles_intersect(triangle, triangle, None),
-        "intersect",
-    );
+    refuses! {
+        punctual_mesh_describe(None, slot(None)) => null "mesh";
+        punctual_mesh_describe(Some(&mesh), slot(None)) => null "facts";
+        punctual_mesh_indices(None, None) => null "mesh";
+        punctual_mesh_indices(Some(&mesh), None) => null "indices";
+        punctual_mesh_vertex(None, 0, None) => null "mesh";
+        punctual_mesh_vertex(Some(&mesh), 0, None) => null "vertex";
+        punctual_shape_icosphere(0, None) => null HANDLE;
+        punctual_shape_cuboid(1.0, 1.0, 1.0, 1, None) => null HANDLE;
+        punctual_shape_torus(1.0, 0.3, 3, None) => null HANDLE;
+        punctual_shape_torus_knot(2, 3, 0.1, 40, None) => null HANDLE;
+        punctual_shape_gear(3, 1, None) => null HANDLE;
+        punctual_shape_height_field(1, 1, None) => null HANDLE;
+        punctual_pose_from_quaternion(0.0, 0.0, 0.0, 1.0, NO_POINT, None) => null "pose";
+        punctual_pose_compose(pose, pose, None) => null "pose";
+        punctual_pose_inverse(pose, None) => null "pose";
+        punctual_triangles_intersect(triangle, triangle, None) => null "intersect";
+    }
 }
 
 #[test]
@@ -80,119 +73,77 @@ fn null_is_refused_by_trees() {
         null_is_seen(punctual_tree_refit_f32(None, null(), 1), "vertices");
         null_is_seen(punctual_tree_refit_f64(None, null(), 0), "tree");
         null_is_seen(punctual_tree_refit_f64(None, null(), 1), "vertices");
-        null_is_seen(punctual_tree_to_bytes(None, null_mut(), 0, None), "tree");
-        null_is_seen(
-            punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None),
-            "count",
-        );
-        null_is_seen(
-            punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut MaybeUninit::uninit())),
-            "bytes",
-        );
-        null_is_seen(punctual_mesh_read(null(), None), "path");
-        null_is_seen(punctual_mesh_read(c"a.obj".as_ptr(), None), HANDLE);
-        null_is_seen(punctual_mesh_read_bytes(null(), 1, 0, None), "bytes");
-        null_is_seen(punctual_mesh_read_bytes(null(), 0, 0, None), HANDLE);
-        null_is_seen(punctual_tree_from_bytes(null(), 1, None), "bytes");
-        null_is_seen(punctual_tree_from_bytes(null(), 0, None), HANDLE);
-        null_is_seen(
-            punctual_tree_levels(None, null_mut(), size_of::<punctual_tree_level>(), 0, None),
-            "tree",
-        );
-        null_is_seen(
-            punctual_tree_levels(
-                Some(&tree),
-                null_mut(),
-                size_of::<punctual_tree_level>(),
-                0,
-                None,
-            ),
-            "count",
-        );
+        refuses! {
+            punctual_tree_to_bytes(None, null_mut(), 0, None) => null "tree";
+            punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None) => null "count";
+            punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut MaybeUninit::uninit()))
+                => null "bytes";
+            punctual_mesh_read(null(), None) => null "path";
+            punctual_mesh_read(c"a.obj".as_ptr(), None) => null HANDLE;
+            punctual_mesh_read_bytes(null(), 1, 0, None) => null "bytes";
+            punctual_mesh_read_bytes(null(), 0, 0, None) => null HANDLE;
+            punctual_tree_from_bytes(null(), 1, None) => null "bytes";
+            punctual_tree_from_bytes(null(), 0, None) => null HANDLE;
+            punctual_tree_levels(None, null_mut(), size_of::<punctual_tree_level>(), 0, None)
+                => null "tree";
+            punctual_tree_levels(Some(&tree), null_mut(), size_of::<punctual_tree_level>(), 0, None)
+                => null "count";
+        }
         let mut count = MaybeUninit::uninit();
-        null_is_seen(
-            punctual_tree_levels(
-                Some(&tree),
-                null_mut(),
-                size_of::<punctual_tree_level>(),
-                1,
-                Some(&mut count),
-            ),
-            "levels",
-        );
+        refuses! {
+            punctual_tree_levels(Some(&tree), null_mut(), size_of::<punctual_tree_level>(), 1, Some(&mut count))
+                => null "levels";
+        }
     }
-    null_is_seen(
-        unsafe { punctual_tree_new(None, asked(None), None) },
-        "mesh",
-    );
-    null_is_seen(
-        unsafe { punctual_tree_new(Some(&mesh), asked(None), None) },
-        HANDLE,
-    );
-    null_is_seen(punctual_tree_mesh(None, None), "tree");
-    null_is_seen(punctual_tree_mesh(Some(&tree), None), HANDLE);
-    null_is_seen(unsafe { punctual_tree_describe(None, slot(None)) }, "tree");
-    null_is_seen(
-        unsafe { punctual_tree_describe(Some(&tree), slot(None)) },
-        "facts",
-    );
-    null_is_seen(punctual_tree_validate(None), "tree");
-    null_is_seen(punctual_tree_mass_properties(None, None), "tree");
-    fails(
-        punctual_tree_mass_properties(Some(&tree), None),
-        Status::BadMesh,
-        "punctual_tree_mass_properties: the tree was not built as a solid, see `BuildOptions::solid`",
-    );
+    refuses! {
+        punctual_tree_new(None, asked(None), None) => null "mesh";
+        punctual_tree_new(Some(&mesh), asked(None), None) => null HANDLE;
+        punctual_tree_mesh(None, None) => null "tree";
+        punctual_tree_mesh(Some(&tree), None) => null HANDLE;
+        punctual_tree_describe(None, slot(None)) => null "tree";
+        punctual_tree_describe(Some(&tree), slot(None)) => null "facts";
+        punctual_tree_validate(None) => null "tree";
+        punctual_tree_mass_properties(None, None) => null "tree";
+        punctual_tree_mass_properties(Some(&tree), None)
+            => BadMesh "punctual_tree_mass_properties: the tree was not built as a solid, see `BuildOptions::solid`";
+    }
 }
 
 #[test]
 fn null_is_refused_by_workspaces_and_memories() {
     let workspace = owned(|out| punctual_workspace_new(out));
     let memory = owned(|out| punctual_memory_new(out));
-    null_is_seen(punctual_workspace_new(None), HANDLE);
-    null_is_seen(punctual_workspace_with_capacity(1, 1, None), HANDLE);
-    null_is_seen(punctual_workspace_use_portable_kernels(None), "workspace");
-    null_is_seen(punctual_workspace_pairs(None, None, None), "workspace");
-    null_is_seen(
-        punctual_workspace_pairs(Some(&workspace), None, None),
-        "pairs",
-    );
-    null_is_seen(
-        punctual_workspace_pairs(Some(&workspace), Some(&mut MaybeUninit::uninit()), None),
-        "count",
-    );
-    null_is_seen(punctual_workspace_drain_pairs(None), "workspace");
-    null_is_seen(punctual_memory_new(None), HANDLE);
-    null_is_seen(
-        unsafe { punctual_memory_describe(None, slot(None)) },
-        "memory",
-    );
-    null_is_seen(
-        unsafe { punctual_memory_describe(Some(&memory), slot(None)) },
-        "facts",
-    );
+    refuses! {
+        punctual_workspace_new(None) => null HANDLE;
+        punctual_workspace_with_capacity(1, 1, None) => null HANDLE;
+        punctual_workspace_use_portable_kernels(None) => null "workspace";
+        punctual_workspace_pairs(None, None, None) => null "workspace";
+        punctual_workspace_pairs(Some(&workspace), None, None) => null "pairs";
+        punctual_workspace_pairs(Some(&workspace), Some(&mut MaybeUninit::uninit()), None)
+            => null "count";
+        punctual_workspace_drain_pairs(None) => null "workspace";
+        punctual_memory_new(None) => null HANDLE;
+        punctual_memory_describe(None, slot(None)) => null "memory";
+        punctual_memory_describe(Some(&memory), slot(None)) => null "facts";
+    }
     let costs = punctual_cost_model {
         bv_test: 1.0,
         ..Default::default()
     };
-    null_is_seen(
-        unsafe { punctual_workspace_set_cost_model(None, asked(&costs)) },
-        "workspace",
-    );
+    refuses! {
+        punctual_workspace_set_cost_model(None, asked(&costs)) => null "workspace";
+    }
     let costs = punctual_cost_model {
         setup: f64::NAN,
         ..costs
     };
-    null_is_seen(
-        unsafe { punctual_workspace_cost_model(Some(&workspace), slot(None)) },
-        "costs",
-    );
+    refuses! {
+        punctual_workspace_cost_model(Some(&workspace), slot(None)) => null "costs";
+    }
     let text = "punctual_workspace_set_cost_model: a cost is NaN, which is not finite or too large";
-    fails(
-        unsafe { punctual_workspace_set_cost_model(None, asked(&costs)) },
-        Status::BadArgument,
-        text,
-    );
+    refuses! {
+        punctual_workspace_set_cost_model(None, asked(&costs)) => BadArgument text;
+    }
 }
 
 #[test]
@@ -223,107 +174,54 @@ fn null_is_refused_by_queries() {
         context: null_mut(),
     };
     let mut out = MaybeUninit::uninit();
-    null_is_seen(run(&no_a, None, budget, None), "query->a");
-    null_is_seen(run(&no_b, None, budget, None), "query->b");
-    null_is_seen(run(&query, None, budget, None), "outcome");
-    null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(
-        unsafe { punctual_query_certificate(asked(None), None, slot(None)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_query_certificate(asked(Some(&query)), None, slot(None)) },
-        "certificate",
-    );
-    null_is_seen(
-        unsafe {
-            punctual_query_certificate(
-                asked(Some(&query)),
-                None,
-                slot(Some(&mut MaybeUninit::uninit())),
-            )
-        },
-        "workspace",
-    );
-    // SAFETY: nothing but null.
-    unsafe {
-        null_is_seen(
-            punctual_query_run(asked(None), None, None, budget, None, slot(None)),
-            "query",
-        );
-        let (workspace_there, clock) = (Some(&mut *workspace), Some(&no_clock));
-        let status = punctual_query_run(
-            asked(Some(&query)),
-            workspace_there,
-            None,
-            budget,
-            clock,
-            slot(Some(&mut out)),
-        );
-        null_is_seen(status, "clock->now");
-        null_is_seen(
-            punctual_query_resume(asked(None), None, None, budget, None, slot(None)),
-            "query",
-        );
-        null_is_seen(
-            punctual_query_open_boxes(asked(None), None, null_mut(), 0, None),
-            "query",
-        );
-        null_is_seen(
-            punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
-            "count",
-        );
-        let count = &mut MaybeUninit::uninit();
-        null_is_seen(
-            punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, Some(count)),
-            "workspace",
-        );
-        made(|outcome| {
-            run(
-                &query,
-                Some(&mut workspace),
-                punctual_budget_work(0),
-                outcome,
-            )
-        });
-        null_is_seen(
-            punctual_query_open_boxes(
-                asked(Some(&query)),
-                Some(&workspace),
-                null_mut(),
-                1,
-                Some(count),
-            ),
-            "boxes",
-        );
+    refuses! {
+        run(&no_a, None, budget, None) => null "query->a";
+        run(&no_b, None, budget, None) => null "query->b";
+        run(&query, None, budget, None) => null "outcome";
+        run(&query, None, budget, Some(&mut out)) => null "workspace";
+        punctual_query_certificate(asked(None), None, slot(None)) => null "query";
+        punctual_query_certificate(asked(Some(&query)), None, slot(None)) => null "certificate";
+        punctual_query_certificate(asked(Some(&query)), None, slot(Some(&mut MaybeUninit::uninit())))
+            => null "workspace";
     }
-    null_is_seen(
-        unsafe { punctual_query_predict(asked(None), None, None) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_query_predict(asked(Some(&query)), None, None) },
-        "prediction",
-    );
-    null_is_seen(
-        unsafe { punctual_query_estimate(asked(None), None, None, slot(None)) },
-        "query",
-    );
-    null_is_seen(
-        unsafe { punctual_query_estimate(asked(Some(&query)), None, None, slot(None)) },
-        "estimate",
-    );
-    null_is_seen(
-        unsafe {
-            punctual_query_estimate(
-                asked(Some(&query)),
-                None,
-                None,
-                slot(Some(&mut MaybeUninit::uninit())),
-            )
-        },
-        "workspace",
-    );
+    refuses! {
+        punctual_query_run(asked(None), None, None, budget, None, slot(None)) => null "query";
+    }
+    let (workspace_there, clock) = (Some(&mut *workspace), Some(&no_clock));
+    refuses! {
+        punctual_query_run(asked(Some(&query)), workspace_there, None, budget, clock, slot(Some(&mut out)))
+            => null "clock->now";
+        punctual_query_resume(asked(None), None, None, budget, None, slot(None))
+            => null "query";
+        punctual_query_open_boxes(asked(None), None, null_mut(), 0, None) => null "query";
+        punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None)
+            => null "count";
+    }
+    let count = &mut MaybeUninit::uninit();
+    refuses! {
+        punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, Some(count))
+            => null "workspace";
+    }
+    made(|outcome| {
+        run(
+            &query,
+            Some(&mut workspace),
+            punctual_budget_work(0),
+            outcome,
+        )
+    });
+    refuses! {
+        punctual_query_open_boxes(asked(Some(&query)), Some(&workspace), null_mut(), 1, Some(count))
+            => null "boxes";
+    }
+    refuses! {
+        punctual_query_predict(asked(None), None, None) => null "query";
+        punctual_query_predict(asked(Some(&query)), None, None) => null "prediction";
+        punctual_query_estimate(asked(None), None, None, slot(None)) => null "query";
+        punctual_query_estimate(asked(Some(&query)), None, None, slot(None)) => null "estimate";
+        punctual_query_estimate(asked(Some(&query)), None, None, slot(Some(&mut MaybeUninit::uninit())))
+            => null "workspace";
+    }
 }
 
 #[test]
@@ -333,106 +231,51 @@ fn null_is_refused_by_scenes() {
     let pose = punctual_pose_identity();
     let body = punctual_body_new(Some(&tree), pose);
     let budget = punctual_budget_unlimited();
-    null_is_seen(punctual_scene_new(0, 0, None), HANDLE);
-    null_is_seen(punctual_scene_use_threads(None, 1), "scene");
-    null_is_seen(punctual_scene_reserve(None, 1, 1), "scene");
-    null_is_seen(
-        unsafe { punctual_scene_insert(None, asked(None), None) },
-        "body",
-    );
-    null_is_seen(
-        unsafe { punctual_scene_insert(None, asked(Some(&body)), None) },
-        "id",
-    );
-    null_is_seen(
-        unsafe {
-            punctual_scene_insert(None, asked(Some(&body)), Some(&mut MaybeUninit::uninit()))
-        },
-        "scene",
-    );
+    refuses! {
+        punctual_scene_new(0, 0, None) => null HANDLE;
+        punctual_scene_use_threads(None, 1) => null "scene";
+        punctual_scene_reserve(None, 1, 1) => null "scene";
+        punctual_scene_insert(None, asked(None), None) => null "body";
+        punctual_scene_insert(None, asked(Some(&body)), None) => null "id";
+        punctual_scene_insert(None, asked(Some(&body)), Some(&mut MaybeUninit::uninit()))
+            => null "scene";
+    }
     let without = punctual_body { tree: None, ..body };
-    null_is_seen(
-        unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&without)), None) },
-        "body->tree",
-    );
-    null_is_seen(punctual_scene_remove(None, NOBODY), "scene");
-    null_is_seen(
-        unsafe { punctual_scene_body(None, NOBODY, slot(None)) },
-        "body",
-    );
-    null_is_seen(
-        unsafe { punctual_scene_body(None, NOBODY, slot(Some(&mut MaybeUninit::uninit()))) },
-        "scene",
-    );
-    null_is_seen(punctual_scene_tree(None, NOBODY, None), "scene");
-    null_is_seen(punctual_scene_set_pose(None, NOBODY, pose), "scene");
-    null_is_seen(punctual_scene_set_tree(None, NOBODY, None), "tree");
-    null_is_seen(punctual_scene_set_filter(None, NOBODY, 1, 1), "scene");
-    null_is_seen(punctual_scene_set_importance(None, NOBODY, 1.0), "scene");
-    null_is_seen(detect(None, budget, None), "scene");
-    null_is_seen(unsafe { punctual_scene_report(None, slot(None)) }, "scene");
-    null_is_seen(
-        unsafe { punctual_scene_report(Some(&scene), slot(None)) },
-        "report",
-    );
-    null_is_seen(
-        unsafe {
-            punctual_scene_pair(
-                None,
-                NOBODY,
-                NOBODY,
-                row(None),
-                size_of::<punctual_pair_report>(),
-                None,
-            )
-        },
-        "scene",
-    );
-    null_is_seen(
-        unsafe {
-            punctual_scene_pair(
-                Some(&scene),
-                NOBODY,
-                NOBODY,
-                row(None),
-                size_of::<punctual_pair_report>(),
-                None,
-            )
-        },
-        "pair",
-    );
+    refuses! {
+        punctual_scene_insert(Some(&mut scene), asked(Some(&without)), None) => null "body->tree";
+        punctual_scene_remove(None, NOBODY) => null "scene";
+        punctual_scene_body(None, NOBODY, slot(None)) => null "body";
+        punctual_scene_body(None, NOBODY, slot(Some(&mut MaybeUninit::uninit()))) => null "scene";
+        punctual_scene_tree(None, NOBODY, None) => null "scene";
+        punctual_scene_set_pose(None, NOBODY, pose) => null "scene";
+        punctual_scene_set_tree(None, NOBODY, None) => null "tree";
+        punctual_scene_set_filter(None, NOBODY, 1, 1) => null "scene";
+        punctual_scene_set_importance(None, NOBODY, 1.0) => null "scene";
+        detect(None, budget, None) => null "scene";
+        punctual_scene_report(None, slot(None)) => null "scene";
+        punctual_scene_report(Some(&scene), slot(None)) => null "report";
+        punctual_scene_pair(None, NOBODY, NOBODY, row(None), size_of::<punctual_pair_report>(), None)
+            => null "scene";
+        punctual_scene_pair(Some(&scene), NOBODY, NOBODY, row(None), size_of::<punctual_pair_report>(), None)
+            => null "pair";
+    }
     let mut pair = MaybeUninit::uninit();
-    null_is_seen(
-        unsafe {
-            punctual_scene_pair(
-                Some(&scene),
-                NOBODY,
-                NOBODY,
-                row(Some(&mut pair)),
-                size_of::<punctual_pair_report>(),
-                None,
-            )
-        },
-        "listed",
-    );
-    null_is_seen(
-        unsafe { punctual_scene_certificate(None, NOBODY, NOBODY, slot(None)) },
-        "scene",
-    );
-    null_is_seen(
-        unsafe { punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, slot(None)) },
-        "certificate",
-    );
+    refuses! {
+        punctual_scene_pair(Some(&scene), NOBODY, NOBODY, row(Some(&mut pair)), size_of::<punctual_pair_report>(), None)
+            => null "listed";
+        punctual_scene_certificate(None, NOBODY, NOBODY, slot(None)) => null "scene";
+        punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, slot(None)) => null "certificate";
+    }
     let no_clock = punctual_clock {
         now: None,
         context: null_mut(),
     };
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(
-            punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), slot(None)),
-            "clock->now",
-        );
+        refuses! {
+            punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), slot(None))
+                => null "clock->now";
+        }
         null_is_seen(punctual_scene_refit_f32(None, NOBODY, null(), 0), "scene");
         null_is_seen(
             punctual_scene_refit_f32(None, NOBODY, null(), 1),
@@ -443,11 +286,10 @@ fn null_is_refused_by_scenes() {
             punctual_scene_refit_f64(None, NOBODY, null(), 1),
             "vertices",
         );
-        null_is_seen(punctual_scene_bodies(None, null_mut(), 0, None), "scene");
-        null_is_seen(
-            punctual_scene_bodies(Some(&scene), null_mut(), 0, None),
-            "count",
-        );
+        refuses! {
+            punctual_scene_bodies(None, null_mut(), 0, None) => null "scene";
+            punctual_scene_bodies(Some(&scene), null_mut(), 0, None) => null "count";
+        }
     }
 }
 
@@ -533,9 +375,8 @@ fn numbers_out_of_range_are_named_by_meshes_and_trees() {
             text,
         );
         let nan = [f32::NAN; 3];
-        let status = punctual_mesh_new_f32(nan.as_ptr(), 1, corners.as_ptr(), 1, Some(&mut place));
         fails(
-            status,
+            punctual_mesh_new_f32(nan.as_ptr(), 1, corners.as_ptr(), 1, Some(&mut place)),
             Status::BadMesh,
             "punctual_mesh_new_f32: vertex 0 is not finite along axis 0",
         );
@@ -544,18 +385,10 @@ fn numbers_out_of_range_are_named_by_meshes_and_trees() {
         effort: 3,
         ..punctual_build_options_default()
     };
-    let status = unsafe {
-        punctual_tree_new(
-            Some(&knot()),
-            asked(Some(&options)),
-            Some(&mut MaybeUninit::uninit()),
-        )
-    };
-    fails(
-        status,
-        Status::BadArgument,
-        "punctual_tree_new: options->effort has no value 3",
-    );
+    refuses! {
+        punctual_tree_new(Some(&knot()), asked(Some(&options)), Some(&mut MaybeUninit::uninit()))
+            => BadArgument "punctual_tree_new: options->effort has no value 3";
+    }
 }
 
 #[test]
@@ -565,13 +398,10 @@ fn numbers_out_of_range_are_named_by_workspaces_triangles_and_poses() {
         (1, usize::MAX),
         (usize::MAX / 32, usize::MAX / 16),
     ] {
-        let status =
-            punctual_workspace_with_capacity(queue, pairs, Some(&mut MaybeUninit::uninit()));
-        fails(
-            status,
-            Status::OutOfMemory,
-            "punctual_workspace_with_capacity: there is not that much memory",
-        );
+        refuses! {
+            punctual_workspace_with_capacity(queue, pairs, Some(&mut MaybeUninit::uninit()))
+                => OutOfMemory "punctual_workspace_with_capacity: there is not that much memory";
+        }
     }
     let triangle = |x| punctual_triangle {
         corners: [[0.0; 3], [0.0, x, 0.0], [0.0; 3]],
@@ -590,19 +420,10 @@ fn numbers_out_of_range_are_named_by_workspaces_triangles_and_poses() {
         let start = format!("punctual_triangles_intersect: a coordinate of b is {text}");
         assert!(last_error().starts_with(&start), "{}", last_error());
     }
-    let status = punctual_pose_from_quaternion(
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        NO_POINT,
-        Some(&mut MaybeUninit::uninit()),
-    );
-    fails(
-        status,
-        Status::BadPose,
-        "punctual_pose_from_quaternion: quaternion is zero or not finite",
-    );
+    refuses! {
+        punctual_pose_from_quaternion(0.0, 0.0, 0.0, 0.0, NO_POINT, Some(&mut MaybeUninit::uninit()))
+            => BadPose "punctual_pose_from_quaternion: quaternion is zero or not finite";
+    }
 }
 
 #[test]
@@ -620,73 +441,45 @@ fn numbers_out_of_range_are_named_by_queries() {
     };
     let unlimited = punctual_budget_unlimited();
     let name = "punctual_query_run";
-    let status = run(punctual_query { mode: 2, ..query }, unlimited);
-    fails(
-        status,
-        Status::BadArgument,
-        &format!("{name}: query->mode has no value 2"),
-    );
-    let status = run(punctual_query { order: 3, ..query }, unlimited);
-    fails(
-        status,
-        Status::BadArgument,
-        &format!("{name}: query->order has no value 3"),
-    );
-    let status = run(
-        punctual_query {
-            prior: f64::NAN,
-            ..query
-        },
-        unlimited,
-    );
-    fails(
-        status,
-        Status::BadArgument,
-        &format!("{name}: query->prior is NaN, which is not finite or too large"),
-    );
+    refuses! {
+        run(punctual_query { mode: 2, ..query }, unlimited)
+            => BadArgument &format!("{name}: query->mode has no value 2");
+        run(punctual_query { order: 3, ..query }, unlimited)
+            => BadArgument &format!("{name}: query->order has no value 3");
+        run(punctual_query { prior: f64::NAN, ..query }, unlimited)
+            => BadArgument &format!("{name}: query->prior is NaN, which is not finite or too large");
+    }
     let odd = punctual_budget {
         kind: 3,
         ..unlimited
     };
-    fails(
-        run(query, odd),
-        Status::BadArgument,
-        &format!("{name}: budget.kind has no value 3"),
-    );
+    refuses! {
+        run(query, odd) => BadArgument &format!("{name}: budget.kind has no value 3");
+    }
     let mut b_in_a = punctual_pose_identity();
     b_in_a.m[7] = f64::INFINITY;
-    let status = run(punctual_query { b_in_a, ..query }, unlimited);
-    fails(
-        status,
-        Status::BadPose,
-        &format!("{name}: entry 7 of the pose [R|t], row by row, is not finite"),
-    );
+    refuses! {
+        run(punctual_query { b_in_a, ..query }, unlimited)
+            => BadPose &format!("{name}: entry 7 of the pose [R|t], row by row, is not finite");
+    }
 }
 
 #[test]
 fn numbers_out_of_range_are_named_by_scenes() {
     let tree = tree_of(&knot());
-    fails(
-        punctual_scene_new(2, 0, None),
-        Status::BadArgument,
-        "punctual_scene_new: mode has no value 2",
-    );
-    fails(
-        punctual_scene_new(0, 2, None),
-        Status::BadArgument,
-        "punctual_scene_new: reach has no value 2",
-    );
+    refuses! {
+        punctual_scene_new(2, 0, None) => BadArgument "punctual_scene_new: mode has no value 2";
+        punctual_scene_new(0, 2, None) => BadArgument "punctual_scene_new: reach has no value 2";
+    }
     let mut scene = owned(|scene| punctual_scene_new(0, 0, scene));
     for (bodies, pairs) in [(usize::MAX, 0), (0, usize::MAX / 2000), (1 << 50, 1 << 50)] {
         let status = punctual_scene_reserve(Some(&mut scene), bodies, pairs);
         assert_eq!(status, Status::OutOfMemory, "{bodies} {pairs}");
     }
-    let status = punctual_scene_use_threads(Some(&mut scene), 2000);
-    fails(
-        status,
-        Status::BadArgument,
-        "punctual_scene_use_threads: threads is 2000, possible are 1024",
-    );
+    refuses! {
+        punctual_scene_use_threads(Some(&mut scene), 2000)
+            => BadArgument "punctual_scene_use_threads: threads is 2000, possible are 1024";
+    }
     let body = punctual_body_new(Some(&tree), punctual_pose_identity());
     let mut insert = |body| unsafe {
         punctual_scene_insert(
@@ -696,29 +489,18 @@ fn numbers_out_of_range_are_named_by_scenes() {
         )
     };
     let name = "punctual_scene_insert";
-    let status = insert(punctual_body { kind: 2, ..body });
-    fails(
-        status,
-        Status::BadArgument,
-        &format!("{name}: body->kind has no value 2"),
-    );
-    let status = insert(punctual_body {
-        importance: f32::NAN,
-        ..body
-    });
-    fails(
-        status,
-        Status::BadArgument,
-        &format!("{name}: body 0 (generation 0): the importance is not a number"),
-    );
+    refuses! {
+        insert(punctual_body { kind: 2, ..body })
+            => BadArgument &format!("{name}: body->kind has no value 2");
+        insert(punctual_body { importance: f32::NAN, ..body })
+            => BadArgument &format!("{name}: body 0 (generation 0): the importance is not a number");
+    }
     let mut far = punctual_pose_identity();
     far.m[7] = 2f64.powi(995);
-    let status = insert(punctual_body { pose: far, ..body });
-    fails(
-        status,
-        Status::BadPose,
-        &format!("{name}: body 0 (generation 0): translation along axis 1 exceeds 2^990"),
-    );
+    refuses! {
+        insert(punctual_body { pose: far, ..body })
+            => BadPose &format!("{name}: body 0 (generation 0): translation along axis 1 exceeds 2^990");
+    }
     let unlimited = punctual_budget_unlimited();
     assert_eq!(
         made(|report| detect(Some(&mut scene), unlimited, report)).pair_count,

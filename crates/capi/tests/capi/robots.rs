@@ -186,7 +186,7 @@ fn obstacles_may_touch_the_links_that_are_named() {
 
 /// The arm with a link that it does not have in its SRDF file, told with and without room.
 #[test]
-fn what_the_files_of_a_robot_say_in_vain_is_told() {
+fn ignored_elements_of_robot_files_are_reported() {
     let srdf = std::env::temp_dir().join(format!("punctual-c-{}.srdf", std::process::id()));
     let pair = "<disable_collisions link1=\"nose\" link2=\"nose\"/>";
     std::fs::write(&srdf, format!("<robot>{pair}\n{pair}</robot>")).unwrap();
@@ -216,7 +216,7 @@ fn what_the_files_of_a_robot_say_in_vain_is_told() {
 }
 
 #[test]
-fn robots_refuse_what_is_wrong() {
+fn bad_robot_arguments_are_refused() {
     let (mut robot, _, tree) = arms();
     let [urdf, name, nose, none] = [ARM, "it", "nose", "none.urdf"].map(text);
     let pose = punctual_pose_identity();
@@ -224,14 +224,11 @@ fn robots_refuse_what_is_wrong() {
     let q = BENT.as_ptr();
     // SAFETY: arrays and texts as said, no clock of the caller's.
     unsafe {
-        null_is_seen(
-            punctual_robot_from_urdf(urdf.as_ptr(), null(), null(), 0, None),
-            "the place for the new handle",
-        );
-        null_is_seen(
-            punctual_robot_from_urdf(null(), null(), null(), 0, None),
-            "urdf",
-        );
+        refuses! {
+            punctual_robot_from_urdf(urdf.as_ptr(), null(), null(), 0, None)
+                => null "the place for the new handle";
+            punctual_robot_from_urdf(null(), null(), null(), 0, None) => null "urdf";
+        }
         let mut out = std::mem::MaybeUninit::uninit();
         let status = punctual_robot_from_urdf(none.as_ptr(), null(), null(), 0, Some(&mut out));
         assert_eq!(status, Status::BadFile);
@@ -250,11 +247,10 @@ fn robots_refuse_what_is_wrong() {
                 Some(&mut shape),
             )
         };
-        fails(
-            add(nose.as_ptr(), pose),
-            Status::BadArgument,
-            "punctual_robot_add: obstacle it: there is no link nose",
-        );
+        refuses! {
+            add(nose.as_ptr(), pose)
+                => BadArgument "punctual_robot_add: obstacle it: there is no link nose";
+        }
         let mut tilted = pose;
         tilted.m[0] = 0.9995;
         assert_eq!(add(null(), tilted), Status::BadArgument);
@@ -263,85 +259,53 @@ fn robots_refuse_what_is_wrong() {
             "{}",
             last_error()
         );
-        null_is_seen(
-            punctual_robot_add(
-                None,
-                name.as_ptr(),
-                Some(&tree),
-                pose,
-                null(),
-                null(),
-                0,
-                Some(&mut shape),
-            ),
-            "robot",
-        );
+        refuses! {
+            punctual_robot_add(None, name.as_ptr(), Some(&tree), pose, null(), null(), 0, Some(&mut shape))
+                => null "robot";
+        }
         let ours = Some(&mut *robot);
-        null_is_seen(
-            punctual_robot_collide(ours, null(), 7, all, None, null_mut()),
-            "values",
-        );
+        refuses! {
+            punctual_robot_collide(ours, null(), 7, all, None, null_mut()) => null "values";
+        }
         let ours = Some(&mut *robot);
-        null_is_seen(
-            punctual_robot_collide(ours, q, 7, all, None, null_mut()),
-            "collision",
-        );
+        refuses! {
+            punctual_robot_collide(ours, q, 7, all, None, null_mut()) => null "collision";
+        }
         let mut collision =
             made(|out| punctual_robot_collide(Some(&mut robot), q, 7, all, None, slot(out)));
         let bad = [f64::NAN; 7];
-        let status =
-            punctual_robot_collide(Some(&mut robot), bad.as_ptr(), 7, all, None, &mut collision);
-        let text =
-            "punctual_robot_collide: configuration 0: joint joint1 is not finite or too large";
-        fails(status, Status::BadArgument, text);
+        refuses! {
+            punctual_robot_collide(Some(&mut robot), bad.as_ptr(), 7, all, None, &mut collision)
+                => BadArgument "punctual_robot_collide: configuration 0: joint joint1 is not finite or too large";
+        }
         let mut clearance =
             made(|out| punctual_robot_measure(Some(&mut robot), q, 7, 0.1, all, None, slot(out)));
-        let status =
-            punctual_robot_measure(Some(&mut robot), q, 7, -1.0, all, None, &mut clearance);
-        let text = "punctual_robot_measure: tolerance is -1, which is negative or no number";
-        fails(status, Status::BadArgument, text);
+        refuses! {
+            punctual_robot_measure(Some(&mut robot), q, 7, -1.0, all, None, &mut clearance)
+                => BadArgument "punctual_robot_measure: tolerance is -1, which is negative or no number";
+        }
         let mut motion =
             made(|out| punctual_robot_edge(Some(&mut robot), q, q, 7, 0, all, None, slot(out)));
-        let status = punctual_robot_edge_resume(Some(&mut robot), all, None, &mut motion);
-        fails(
-            status,
-            Status::NotResumable,
-            "punctual_robot_edge_resume: no stopped edge to resume",
-        );
-        let status = punctual_robot_horizon(
-            Some(&mut robot),
-            q,
-            q,
-            7,
-            f64::INFINITY,
-            all,
-            None,
-            &mut motion,
-        );
-        let text = "punctual_robot_horizon: seconds is inf, which is not finite or too large";
-        fails(status, Status::BadArgument, text);
-        null_is_seen(
-            punctual_robot_shape_name(Some(&robot), 0, null_mut(), 1, None),
-            "name",
-        );
-        null_is_seen(
-            punctual_robot_shape_name(Some(&robot), 0, null_mut(), 0, None),
-            "length",
-        );
-        null_is_seen(punctual_robot_braking_time(q, q, 7, None), "seconds");
+        refuses! {
+            punctual_robot_edge_resume(Some(&mut robot), all, None, &mut motion)
+                => NotResumable "punctual_robot_edge_resume: no stopped edge to resume";
+            punctual_robot_horizon(Some(&mut robot), q, q, 7, f64::INFINITY, all, None, &mut motion)
+                => BadArgument "punctual_robot_horizon: seconds is inf, which is not finite or too large";
+            punctual_robot_shape_name(Some(&robot), 0, null_mut(), 1, None) => null "name";
+            punctual_robot_shape_name(Some(&robot), 0, null_mut(), 0, None) => null "length";
+            punctual_robot_braking_time(q, q, 7, None) => null "seconds";
+        }
     }
-    null_is_seen(punctual_robot_joints(None, None), "robot");
+    refuses! {
+        punctual_robot_joints(None, None) => null "robot";
+    }
     let text = "punctual_robot_move: no such obstacle";
-    fails(
-        punctual_robot_move(Some(&mut robot), 0, pose),
-        Status::BadArgument,
-        text,
-    );
+    refuses! {
+        punctual_robot_move(Some(&mut robot), 0, pose) => BadArgument text;
+    }
     let text = "punctual_robot_remove: no such obstacle";
-    fails(
-        punctual_robot_remove(Some(&mut robot), 99),
-        Status::BadArgument,
-        text,
-    );
+    refuses! {
+        punctual_robot_remove(Some(&mut robot), 99) => BadArgument text;
+    }
     punctual_robot_free(None);
 }

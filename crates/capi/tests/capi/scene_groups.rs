@@ -114,12 +114,10 @@ fn compounds_and_groups_are_those_of_rust() {
         punctual_scene_remove_compound(Some(&mut both.scene), compound),
         Status::Ok
     );
-    let status = punctual_scene_remove_compound(Some(&mut both.scene), compound);
-    fails(
-        status,
-        Status::BadArgument,
-        "punctual_scene_remove_compound: compound 0 is not in the scene",
-    );
+    refuses! {
+        punctual_scene_remove_compound(Some(&mut both.scene), compound)
+            => BadArgument "punctual_scene_remove_compound: compound 0 is not in the scene";
+    }
 }
 
 #[test]
@@ -207,12 +205,10 @@ fn contact_points_are_those_of_rust() {
         punctual_scene_find_contacts(Some(&mut both.scene)),
         Status::Ok
     );
-    let status = punctual_scene_set_question_importance(Some(&mut both.scene), 4, 0.0);
-    fails(
-        status,
-        Status::BadArgument,
-        "punctual_scene_set_question_importance: question has no value 4",
-    );
+    refuses! {
+        punctual_scene_set_question_importance(Some(&mut both.scene), 4, 0.0)
+            => BadArgument "punctual_scene_set_question_importance: question has no value 4";
+    }
 }
 
 #[test]
@@ -262,99 +258,51 @@ fn which_body_is_within_the_other_is_told_whatever_their_order() {
 }
 
 #[test]
-fn groups_refuse_what_is_not_there() {
+fn unknown_bodies_and_groups_are_refused() {
     let Both { mut scene, ids, .. } = Both::new();
     let (id, motion) = (ids[0].0, punctual_motion_straight(raw(&at(0.0)), NO_POINT));
     let pose = raw(&at(0.0));
-    null_is_seen(punctual_scene_set_compound_pose(None, 0, pose), "scene");
-    null_is_seen(punctual_scene_set_compound_motion(None, 0, motion), "scene");
-    null_is_seen(punctual_scene_remove_compound(None, 0), "scene");
-    null_is_seen(punctual_scene_stop_measuring_groups(None, 0), "scene");
-    null_is_seen(punctual_scene_find_contacts(None), "scene");
-    null_is_seen(punctual_scene_find_contacts_of(None, id, id), "scene");
-    null_is_seen(punctual_scene_find_contacts_between(None, 1, 1), "scene");
-    null_is_seen(
-        punctual_scene_stop_finding_contacts_between(None, 1, 1),
-        "scene",
-    );
-    null_is_seen(punctual_scene_ignore(None, id, id, true), "scene");
-    null_is_seen(
-        punctual_scene_stop_finding_contacts_of(None, id, id),
-        "scene",
-    );
-    null_is_seen(punctual_scene_set_look_ahead(None, 0.0), "scene");
-    null_is_seen(
-        punctual_scene_may_move(Some(&mut scene), id, 1.0, 0.0, None),
-        "most",
-    );
+    refuses! {
+        punctual_scene_set_compound_pose(None, 0, pose) => null "scene";
+        punctual_scene_set_compound_motion(None, 0, motion) => null "scene";
+        punctual_scene_remove_compound(None, 0) => null "scene";
+        punctual_scene_stop_measuring_groups(None, 0) => null "scene";
+        punctual_scene_find_contacts(None) => null "scene";
+        punctual_scene_find_contacts_of(None, id, id) => null "scene";
+        punctual_scene_find_contacts_between(None, 1, 1) => null "scene";
+        punctual_scene_stop_finding_contacts_between(None, 1, 1) => null "scene";
+        punctual_scene_ignore(None, id, id, true) => null "scene";
+        punctual_scene_stop_finding_contacts_of(None, id, id) => null "scene";
+        punctual_scene_set_look_ahead(None, 0.0) => null "scene";
+        punctual_scene_may_move(Some(&mut scene), id, 1.0, 0.0, None) => null "most";
+    }
     let most = &mut MaybeUninit::uninit();
-    null_is_seen(
-        punctual_scene_may_move(None, id, 1.0, 0.0, Some(most)),
-        "scene",
-    );
-    fails(
-        punctual_scene_set_look_ahead(Some(&mut scene), -1.0),
-        Status::BadArgument,
-        "punctual_scene_set_look_ahead: look-ahead: -1 is not a length from 0 to 2^1000",
-    );
-    null_is_seen(
-        punctual_scene_set_question_importance(None, 0, 0.0),
-        "scene",
-    );
-    null_is_seen(
-        punctual_scene_compound_of(Some(&scene), id, None, None),
-        "compound",
-    );
-    // SAFETY: nothing but null, and one body.
-    unsafe {
-        null_is_seen(
-            punctual_scene_insert_compound(Some(&mut scene), pose, null(), 0, None),
-            "compound",
-        );
-        null_is_seen(
-            punctual_scene_parts(Some(&scene), 0, null_mut(), 0, None),
-            "count",
-        );
-        null_is_seen(
-            punctual_scene_measure_groups(Some(&mut scene), null(), 0, null(), 0, 0.0, None),
-            "id",
-        );
-        null_is_seen(
-            punctual_scene_group_distances(
-                None,
-                null_mut(),
-                size_of::<punctual_group_distance>(),
-                0,
-                None,
-            ),
-            "scene",
-        );
-        null_is_seen(
-            punctual_scene_contact_points(
-                Some(&scene),
-                id,
-                id,
-                null_mut(),
-                size_of::<punctual_contact_point>(),
-                0,
-                slot(None),
-            ),
-            "found",
-        );
-        let mut out = MaybeUninit::uninit();
-        null_is_seen(
-            punctual_scene_insert_compound(Some(&mut scene), pose, null(), 1, Some(&mut out)),
-            "parts",
-        );
-        null_is_seen(
-            punctual_scene_measure_groups(Some(&mut scene), null(), 1, &id, 1, 0.0, Some(&mut out)),
-            "x",
-        );
-        let status =
-            punctual_scene_measure_groups(Some(&mut scene), &id, 1, &id, 1, 0.0, Some(&mut out));
-        let text =
-            "punctual_scene_measure_groups: body 0 (generation 0) has no distance from itself";
-        fails(status, Status::BadArgument, text);
+    refuses! {
+        punctual_scene_may_move(None, id, 1.0, 0.0, Some(most)) => null "scene";
+        punctual_scene_set_look_ahead(Some(&mut scene), -1.0)
+            => BadArgument "punctual_scene_set_look_ahead: look-ahead: -1 is not a length from 0 to 2^1000";
+        punctual_scene_set_question_importance(None, 0, 0.0) => null "scene";
+        punctual_scene_compound_of(Some(&scene), id, None, None) => null "compound";
+    }
+    refuses! {
+        punctual_scene_insert_compound(Some(&mut scene), pose, null(), 0, None)
+            => null "compound";
+        punctual_scene_parts(Some(&scene), 0, null_mut(), 0, None) => null "count";
+        punctual_scene_measure_groups(Some(&mut scene), null(), 0, null(), 0, 0.0, None)
+            => null "id";
+        punctual_scene_group_distances(None, null_mut(), size_of::<punctual_group_distance>(), 0, None)
+            => null "scene";
+        punctual_scene_contact_points(Some(&scene), id, id, null_mut(), size_of::<punctual_contact_point>(), 0, slot(None))
+            => null "found";
+    }
+    let mut out = MaybeUninit::uninit();
+    refuses! {
+        punctual_scene_insert_compound(Some(&mut scene), pose, null(), 1, Some(&mut out))
+            => null "parts";
+        punctual_scene_measure_groups(Some(&mut scene), null(), 1, &id, 1, 0.0, Some(&mut out))
+            => null "x";
+        punctual_scene_measure_groups(Some(&mut scene), &id, 1, &id, 1, 0.0, Some(&mut out))
+            => BadArgument "punctual_scene_measure_groups: body 0 (generation 0) has no distance from itself";
     }
     assert_eq!(
         punctual_scene_set_compound_pose(Some(&mut scene), 7, pose),

@@ -198,7 +198,7 @@ fn a_batch_of_rays_is_answered_ray_by_ray_and_groups_hide_bodies() {
 }
 
 #[test]
-fn what_shapes_and_groups_refuse_is_named() {
+fn bad_shapes_and_groups_are_refused_by_name() {
     let Both {
         mut scene,
         cube,
@@ -223,24 +223,22 @@ fn what_shapes_and_groups_refuse_is_named() {
     unsafe {
         let (shape, odd, gone) = (asked(&shape), asked(&odd), asked(&gone));
         let mut place = || slot(Some(&mut cast));
-        null_is_seen(
-            punctual_scene_cast_shape(None, shape, unlimited, None, place()),
-            "scene",
-        );
+        refuses! {
+            punctual_scene_cast_shape(None, shape, unlimited, None, place()) => null "scene";
+        }
         let own = Some(&mut *scene);
-        null_is_seen(
-            punctual_scene_cast_shape(own, asked(None), unlimited, None, place()),
-            "shape",
-        );
+        refuses! {
+            punctual_scene_cast_shape(own, asked(None), unlimited, None, place()) => null "shape";
+        }
         let own = Some(&mut *scene);
-        null_is_seen(
-            punctual_scene_cast_shape(own, shape, unlimited, None, null_mut()),
-            "cast",
-        );
+        refuses! {
+            punctual_scene_cast_shape(own, shape, unlimited, None, null_mut()) => null "cast";
+        }
         let own = Some(&mut *scene);
-        let status = punctual_scene_cast_shape(own, odd, unlimited, None, place());
-        let text = "punctual_scene_cast_shape: the shape: its margin is not from 0 to 2^1000";
-        fails(status, Status::BadArgument, text);
+        refuses! {
+            punctual_scene_cast_shape(own, odd, unlimited, None, place())
+                => BadArgument "punctual_scene_cast_shape: the shape: its margin is not from 0 to 2^1000";
+        }
         let own = Some(&mut *scene);
         let status = punctual_scene_cast_shape(own, gone, unlimited, None, place());
         assert_eq!(status, Status::NoSuchBody);
@@ -248,61 +246,34 @@ fn what_shapes_and_groups_refuse_is_named() {
         let place = slot(Some(&mut closest));
         let status = punctual_scene_closest(own, shape, f64::NAN, unlimited, None, place);
         assert_eq!(status, Status::BadArgument);
-        null_is_seen(
-            punctual_scene_closest(None, shape, 1.0, unlimited, None, place),
-            "scene",
-        );
+        refuses! {
+            punctual_scene_closest(None, shape, 1.0, unlimited, None, place) => null "scene";
+        }
         let (size, mut overlap) = (size_of::<punctual_body_overlap>(), MaybeUninit::uninit());
         let place = slot(Some(&mut overlap));
         let (none, nobody) = (null_mut(), null_mut());
-        let status = punctual_scene_overlap(
-            Some(&mut *scene),
-            shape,
-            2,
-            unlimited,
-            None,
-            none,
-            size,
-            0,
-            nobody,
-            0,
-            place,
-        );
-        fails(
-            status,
-            Status::BadArgument,
-            "punctual_scene_overlap: mode has no value 2",
-        );
-        let status = punctual_scene_overlap(
-            Some(&mut *scene),
-            shape,
-            1,
-            unlimited,
-            None,
-            none,
-            size,
-            1,
-            nobody,
-            0,
-            place,
-        );
-        null_is_seen(status, "met");
+        refuses! {
+            punctual_scene_overlap(Some(&mut *scene), shape, 2, unlimited, None, none, size, 0, nobody, 0, place)
+                => BadArgument "punctual_scene_overlap: mode has no value 2";
+            punctual_scene_overlap(Some(&mut *scene), shape, 1, unlimited, None, none, size, 1, nobody, 0, place)
+                => null "met";
+        }
         let (mut done, size) = (MaybeUninit::uninit(), size_of::<punctual_scene_ray_cast>());
         let (rays, casts) = (std::ptr::null(), null_mut());
         let own = Some(&mut *scene);
-        let status =
-            punctual_scene_cast_rays(own, rays, 1, unlimited, None, casts, size, Some(&mut done));
-        null_is_seen(status, "rays");
+        refuses! {
+            punctual_scene_cast_rays(own, rays, 1, unlimited, None, casts, size, Some(&mut done))
+                => null "rays";
+        }
         let own = Some(&mut *scene);
-        null_is_seen(
-            punctual_scene_cast_rays(own, rays, 0, unlimited, None, casts, size, None),
-            "done",
-        );
+        refuses! {
+            punctual_scene_cast_rays(own, rays, 0, unlimited, None, casts, size, None)
+                => null "done";
+        }
         let (own, mut group) = (Some(&mut *scene), MaybeUninit::uninit());
-        null_is_seen(
-            punctual_scene_group(own, std::ptr::null(), Some(&mut group)),
-            "name",
-        );
+        refuses! {
+            punctual_scene_group(own, std::ptr::null(), Some(&mut group)) => null "name";
+        }
     }
     let own = Some(&mut *scene);
     assert_eq!(
@@ -319,6 +290,8 @@ fn what_shapes_and_groups_refuse_is_named() {
         punctual_scene_ignore_groups(own, 0, 0, true),
         Status::BadArgument
     );
-    null_is_seen(punctual_scene_set_group(None, NOBODY, 0), "scene");
-    null_is_seen(punctual_scene_ignore_groups(None, 0, 0, true), "scene");
+    refuses! {
+        punctual_scene_set_group(None, NOBODY, 0) => null "scene";
+        punctual_scene_ignore_groups(None, 0, 0, true) => null "scene";
+    }
 }

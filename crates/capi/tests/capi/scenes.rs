@@ -389,25 +389,14 @@ fn settings_and_calibrations_are_those_of_rust() {
         ..calibration
     };
     let text = "punctual_scene_set_calibration: calibration has numbers that cannot be learned";
-    let status = unsafe { punctual_scene_set_calibration(Some(&mut both.scene), &raw const wrong) };
-    fails(status, Status::BadArgument, text);
-    null_is_seen(punctual_scene_set_mode(None, 0), "scene");
-    null_is_seen(punctual_scene_set_reach(None, 0), "scene");
-    null_is_seen(punctual_scene_set_max_pairs(None, 0), "scene");
-    null_is_seen(
-        punctual_scene_partners_known(Some(&both.scene), NOBODY, None),
-        "known",
-    );
-    null_is_seen(
-        unsafe { punctual_scene_calibration(Some(&both.scene), slot(None)) },
-        "calibration",
-    );
-    null_is_seen(
-        unsafe { punctual_calibration_learn(slot(None), 0.5, 1) },
-        "calibration",
-    );
-    null_is_seen(
-        unsafe { punctual_calibration_apply(asked(None), 0.5, None) },
-        "corrected",
-    );
+    refuses! {
+        punctual_scene_set_calibration(Some(&mut both.scene), &raw const wrong) => BadArgument text;
+        punctual_scene_set_mode(None, 0) => null "scene";
+        punctual_scene_set_reach(None, 0) => null "scene";
+        punctual_scene_set_max_pairs(None, 0) => null "scene";
+        punctual_scene_partners_known(Some(&both.scene), NOBODY, None) => null "known";
+        punctual_scene_calibration(Some(&both.scene), slot(None)) => null "calibration";
+        punctual_calibration_learn(slot(None), 0.5, 1) => null "calibration";
+        punctual_calibration_apply(asked(None), 0.5, None) => null "corrected";
+    }
 }

@@ -113,7 +113,9 @@ fn files_are_read_as_in_rust() {
     }
     let mut place = MaybeUninit::uninit();
     let text = "punctual_mesh_read_bytes: format has no value 6";
-    fails(read(&bytes, 6, Some(&mut place)), Status::BadArgument, text);
+    refuses! {
+        read(&bytes, 6, Some(&mut place)) => BadArgument text;
+    }
     for (format, bytes) in [
         (0, &b"v 0 0 0\nf 1 2 3\n"[..]),
         (1, b"solid"),
@@ -131,11 +133,10 @@ fn files_are_read_as_in_rust() {
             Format::Collada,
         ];
         let error = punctual_io::read(bytes, formats[format as usize]).unwrap_err();
-        fails(
-            read(bytes, format, Some(&mut place)),
-            Status::BadFile,
-            &format!("punctual_mesh_read_bytes: {error}"),
-        );
+        refuses! {
+            read(bytes, format, Some(&mut place))
+                => BadFile &format!("punctual_mesh_read_bytes: {error}");
+        }
     }
     for (path, status, text) in [
         (c"nowhere.obj", Status::BadFile, "nowhere.obj: "),
@@ -326,11 +327,9 @@ fn damaged_bytes_are_refused_as_in_rust() {
     let file = Tree::new(shapes::torus_knot(2, 3, 0.2, 96)).to_bytes();
     let refused = |bytes: &[u8], text: &str| {
         let mut place = MaybeUninit::new(None);
-        fails(
-            load(bytes, Some(&mut place)),
-            Status::BadFile,
-            &format!("punctual_tree_from_bytes: {text}"),
-        );
+        refuses! {
+            load(bytes, Some(&mut place)) => BadFile &format!("punctual_tree_from_bytes: {text}");
+        }
         // SAFETY: it had a value, which a call that fails leaves.
         assert!(unsafe { place.assume_init() }.is_none());
     };

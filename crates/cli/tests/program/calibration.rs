@@ -21,7 +21,7 @@ fn read(folder: &Folder) -> Calibration {
 }
 
 #[test]
-fn what_one_run_learns_is_used_by_the_next() {
+fn a_learned_calibration_is_used_by_the_next_run() {
     let (folder, truth) = spheres();
     let told = probabilities(&folder, "");
     let undecided: Vec<usize> = (0..told.len())
@@ -79,7 +79,7 @@ fn what_one_run_learns_is_used_by_the_next() {
 }
 
 #[test]
-fn finishing_aside_changes_no_answer_and_no_count() {
+fn learning_changes_no_answer_and_no_count() {
     let (folder, _) = spheres();
     for mode in ["any", "all"] {
         let plain = folder.run(&format!("{CUT} --mode {mode} --memory")).rows();

@@ -175,7 +175,7 @@ fn budgets_and_limits_end_a_query() {
 
 /// More contacts than there is room for at first.
 #[test]
-fn all_are_printed_however_many() {
+fn more_contacts_than_the_workspace_holds_are_all_printed() {
     let folder = Folder::new();
     folder.write("a.obj", write::obj(&cuboid(Vec3::ONE, 3)));
     folder.write("poses.txt", IDENTITY);
@@ -187,7 +187,7 @@ fn all_are_printed_however_many() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn bad_options_of_contacts_are_refused() {
     let folder = cubes();
     for bad in ["-1", "nan", "inf", "x"] {
         folder
@@ -255,7 +255,7 @@ fn pushes_of_cubes() {
 }
 
 #[test]
-fn solids_have_lines_of_their_overlaps() {
+fn contacts_of_solids_print_their_overlaps() {
     let folder = Folder::new();
     folder.write(
         "floor.obj",

@@ -64,7 +64,7 @@ fn absent_files_are_named() {
 
 /// What is passed over is told in one line a kind, and the answer is that of the file without it.
 #[test]
-fn what_is_passed_over_is_told() {
+fn ignored_parts_of_files_are_reported() {
     let folder = Folder::new();
     folder.write(
         "a.obj",

@@ -78,7 +78,7 @@ fn points_of_a_cube() {
 }
 
 #[test]
-fn what_is_inside_out_is_named_or_reversed() {
+fn inside_out_components_are_named_or_reversed() {
     let folder = cube(-1.0);
     let (rows, err) = said(&folder, "");
     assert!(

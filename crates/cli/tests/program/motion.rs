@@ -198,7 +198,7 @@ fn bad_options_are_refused_and_all_are_named() {
 
 /// A unit cube on a wall 0.01 thick moves away, along it, and through it; and one that starts apart.
 #[test]
-fn a_contact_at_the_start_that_the_motion_leads_out_of_can_be_passed_over() {
+fn ignore_start_skips_a_contact_that_the_motion_leaves() {
     let folder = Folder::new();
     folder.write("wall.obj", write::obj(&cuboid([2.0, 2.0, 0.005], 1)));
     folder.write("cube.obj", write::obj(&cuboid(Vec3::splat(0.5), 1)));

@@ -118,7 +118,7 @@ fn thin_bodies_do_not_get_into_the_floor() {
 }
 
 #[test]
-fn what_is_no_solid_is_refused_by_name() {
+fn open_meshes_are_refused_by_name() {
     let folder = Folder::new();
     folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let answer = folder.run("pile flat.obj --frames 1");

@@ -120,7 +120,7 @@ fn edges_are_proven() {
 }
 
 #[test]
-fn the_page_tells_of_each_configuration_what_the_lines_do() {
+fn the_page_agrees_with_the_printed_lines() {
     let folder = slide();
     let command = "robot robot.urdf --env env --configs configs.csv --view page.html";
     assert_eq!(folder.run(command).status, 1);
@@ -160,7 +160,7 @@ fn the_page_tells_of_each_configuration_what_the_lines_do() {
 
 /// A package by the name in package.xml, a capsule of pinocchio's, and open meshes that were to be solids.
 #[test]
-fn what_is_passed_over_is_told() {
+fn ignored_parts_of_files_are_reported() {
     let folder = Folder::new();
     for path in ["pkg_folder/urdf", "pkg_folder/meshes", "env"] {
         std::fs::create_dir_all(folder.path().join(path)).unwrap();

@@ -289,7 +289,7 @@ fn distances_are_compared_with_the_truth() {
 }
 
 #[test]
-fn times_of_others_stand_beside_ours() {
+fn times_of_other_libraries_are_shown_beside_ours() {
     let folder = cubes();
     let rows = "case,peer,pose,distance,ns,bv_tests,tri_tests\n# case=case peer=theirs\n\
         case,theirs,0,1,432100,-1,-1\ncase,theirs,0,1,654300,-1,-1\ncase,theirs,1,0,98765000,-1,-1\nelse,theirs,0,1,1,-1,-1\n";
@@ -316,7 +316,7 @@ fn times_of_others_stand_beside_ours() {
 
 /// A report without poses in contact, or without poses apart, or of one pose, has no figure that is not a number.
 #[test]
-fn what_was_not_measured_is_said_in_words() {
+fn unmeasured_figures_are_explained_in_words() {
     let folder = cubes();
     let [apart, touching] = ["1 0 0 3 0 1 0 0 0 0 1 0\n", "1 0 0 1.5 0 1 0 0 0 0 1 0\n"];
     std::fs::remove_file(folder.path().join("case/truth_distance.csv")).unwrap();

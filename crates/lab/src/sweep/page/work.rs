@@ -1,8 +1,8 @@
 //! What is known after a share of the work: the same figures on every machine.
 
+use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table};
+use crate::statistics::{mean, quantile, sorted};
 use punctual::Mode;
-use punctual_lab::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table};
-use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, label};
 use super::super::measure::Limit;

@@ -1,6 +1,6 @@
 //! What is promised, tested at every stop of the sweep.
 
-use punctual_lab::report::{Lead, Section, Verdict};
+use crate::report::{Lead, Section, Verdict};
 
 use super::super::summary::{Measurement, overruns};
 use super::Report;

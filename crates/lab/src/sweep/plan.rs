@@ -1,24 +1,18 @@
-//! What is compared, and by which budgets: chosen once, on the command line.
+//! What is compared, and by which budgets: chosen once.
 
 use std::sync::OnceLock;
 
 use super::contender::{CONTENDERS, CUT_OFF, Contender, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 
 /// The choices of a sweep.
-#[derive(clap::Args, Clone)]
+#[derive(Clone)]
 pub struct Plan {
-    /// Orders to compare with the default (penetration) and with depth-first, which are always measured.
-    #[arg(long, value_name = "ORDER,...", value_delimiter = ',', default_values = others(), value_parser = others())]
-    orders: Vec<String>,
+    /// Of [`others`], those to compare with the default and with depth-first, which are always measured.
+    pub orders: Vec<String>,
     /// Budgets of work, in percent of the work of a full search at the same pose.
-    #[arg(long, value_name = "P,...", value_delimiter = ',', default_values_t = [1, 2, 5, 10, 20, 30, 50, 70, 100],
-        value_parser = clap::value_parser!(u32).range(1..=100))]
-    work_percent: Vec<u32>,
+    pub work_percent: Vec<u32>,
     /// Budgets of time in microseconds.
-    #[arg(long, value_name = "T,...", value_delimiter = ',',
-        default_values_t = [1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 200, 500, 1000],
-        value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
-    time_us: Vec<u64>,
+    pub time_us: Vec<u64>,
 }
 
 static PLAN: OnceLock<Plan> = OnceLock::new();
@@ -28,8 +22,8 @@ pub fn plan() -> &'static Plan {
     PLAN.get().expect("chosen before anything is measured")
 }
 
-/// The orders that can be left out.
-fn others() -> Vec<&'static str> {
+/// The orders that can be left out of a sweep.
+pub fn others() -> Vec<&'static str> {
     CONTENDERS
         .iter()
         .map(|contender| contender.name)

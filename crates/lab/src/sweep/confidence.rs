@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::report::{Block, Chances, Chart, Failure, Lead, Section, Table};
+use crate::statistics::{mean, quantile, sorted};
 use punctual::Mode;
-use punctual_lab::report::{Block, Chances, Chart, Failure, Lead, Section, Table};
-use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::contender::{DEFAULT, WARM};
 use super::page::decimals;

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
 
+use crate::report::{Failure, write};
 use punctual::{Budget, Pose, Query, StopReason, Workspace};
-use punctual_lab::report::{Failure, write};
 
 use super::case::Case;
 

@@ -2,10 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use punctual_lab::report::{
-    Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, short,
-};
-use punctual_lab::statistics::{quantile, sorted};
+use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, short};
+use crate::statistics::{quantile, sorted};
 
 use super::super::contender::DEPTH_FIRST;
 use super::super::distance::summary::{

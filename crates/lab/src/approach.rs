@@ -1,9 +1,10 @@
 //! Poses of one mesh on its way to another.
 
+use crate::artificial::Random;
+use crate::report::Failure;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{Budget, Mesh, Motion, Pose, Query, Tree, Verdict, Workspace};
-use punctual_lab::artificial::Random;
-use punctual_lab::report::Failure;
+use std::io::Write;
 
 /// A mesh that comes towards another one, each time turned anew and on another line.
 pub struct Approach<'t> {
@@ -17,12 +18,16 @@ pub struct Approach<'t> {
 /// 1.
 #[derive(Clone, Copy)]
 pub struct Line {
+    /// The turn of B.
     pub turn: DMat3,
+    /// Where the middle of its box goes.
     pub target: DVec3,
+    /// Against which it moves; of length 1.
     pub direction: DVec3,
 }
 
 impl<'t> Approach<'t> {
+    /// With the random numbers of a seed.
     pub fn new(a: &'t Tree, b: &'t Tree, seed: u64) -> Self {
         Self {
             a,
@@ -42,6 +47,7 @@ impl<'t> Approach<'t> {
         diagonal(self.a.mesh()) + diagonal(self.b.mesh())
     }
 
+    /// The middle of the box of A.
     pub fn middle_of_a(&self) -> DVec3 {
         middle(self.a.mesh())
     }
@@ -97,6 +103,7 @@ impl<'t> Approach<'t> {
         Ok(found.value.upper.map(|time| from - time * path))
     }
 
+    /// Whether the meshes are apart at a pose.
     pub fn is_free(&mut self, pose: Pose) -> bool {
         let outcome =
             Query::intersection(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
@@ -110,4 +117,67 @@ fn middle(mesh: &Mesh) -> DVec3 {
 
 fn diagonal(mesh: &Mesh) -> f64 {
     (mesh.aabb().max - mesh.aabb().min).length()
+}
+
+/// Where the poses of [`contact`] lie on a line before the first touch, in percent.
+pub const OFFSETS: [f64; 7] = [-5.0, -2.0, -0.5, -0.1, 0.1, 0.5, 2.0];
+
+/// Lines in a row that may pass A before the search is given up.
+const MOST_MISSES: usize = 1000;
+
+/// Poses at random, at which the balls around the boxes overlap.
+pub fn random(approach: &mut Approach, count: usize) -> Result<Vec<Pose>, Failure> {
+    let mut pose = || {
+        let line = Line {
+            turn: approach.turn(),
+            target: approach.middle_of_a(),
+            direction: approach.direction(),
+        };
+        // The cube root makes all places in a ball equally likely.
+        let distance = 0.5 * approach.reach() * approach.fraction().cbrt();
+        approach.at(&line, distance)
+    };
+    (0..count).map(|_| pose()).collect()
+}
+
+/// Poses around the first touch of lines towards A, one for each of [`OFFSETS`] and line.
+pub fn contact(approach: &mut Approach, count: usize, inside: bool) -> Result<Vec<Pose>, Failure> {
+    let (mut poses, mut misses) = (Vec::with_capacity(count), 0);
+    while poses.len() < count {
+        let line = Line {
+            turn: approach.turn(),
+            target: approach.point_in_a(),
+            direction: approach.direction(),
+        };
+        let from = if inside { 0.0 } else { 2.0 * approach.reach() };
+        let starts_free = !inside || approach.is_free(approach.at(&line, from)?);
+        let Some(touch) = starts_free
+            .then(|| approach.first_touch(&line, from))
+            .transpose()?
+            .flatten()
+        else {
+            misses += 1;
+            if misses > MOST_MISSES {
+                return Err(format!("B touches A on none of {misses} lines in a row").into());
+            }
+            continue;
+        };
+        misses = 0;
+        for offset in OFFSETS.into_iter().take(count - poses.len()) {
+            let distance = touch + 0.01 * offset * approach.unit();
+            poses.push(approach.at(&line, distance)?);
+        }
+    }
+    Ok(poses)
+}
+
+/// Writes a line of a list of poses.
+pub fn print(pose: &Pose, out: &mut impl Write) -> Result<(), Failure> {
+    Ok(writeln!(
+        out,
+        "{}",
+        pose.to_row_major()
+            .map(|number| number.to_string())
+            .join(" ")
+    )?)
 }

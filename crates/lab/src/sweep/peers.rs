@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use punctual_lab::report::{self, Failure};
+use crate::report::{self, Failure};
 
 /// For each case and each peer the microseconds that a finished distance query took, by pose.
 pub type PeerTimes = BTreeMap<String, BTreeMap<String, BTreeMap<usize, f64>>>;

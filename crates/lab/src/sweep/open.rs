@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_certificate_that_forgets_a_pair_is_found_out() {
+    fn a_certificate_that_omits_a_pair_is_detected() {
         let case = Case::new(
             "spheres",
             shapes::icosphere(2),

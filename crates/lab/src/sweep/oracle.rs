@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn the_best_piece_comes_first_and_its_way_is_paid() {
+    fn the_oracle_takes_the_best_hits_per_work_first_and_pays_for_the_path() {
         // Roots; a poor leaf; an inner pair with a rich leaf below.
         let opened = [
             pair(0, 16, 0),

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::statistics::{mean, quantile, sorted};
 use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
 use punctual::{Mode, Pose};
-use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::case::Case;
 use super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE};

@@ -1,8 +1,8 @@
 //! Cases that need no files: generated shapes approach each other at random, up to predefined offsets from the first touch.
 
+use crate::report::Failure;
 use punctual::glam::Vec3;
 use punctual::{Mesh, Pose, Tree, shapes};
-use punctual_lab::report::Failure;
 
 use super::case::Case;
 use crate::approach::{Approach, Line};

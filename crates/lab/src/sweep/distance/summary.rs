@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use punctual_lab::statistics::{mean, quantile, sorted};
+use crate::statistics::{mean, quantile, sorted};
 
 use super::super::plan::plan;
 use super::super::summary::{Measurement, Worst, cell};

@@ -10,8 +10,8 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
+use crate::report::{self, Axis, Block, Chart, Failure, Page, Picture, Series, Shape};
 use punctual::Mode;
-use punctual_lab::report::{self, Axis, Block, Chart, Failure, Page, Picture, Series, Shape};
 
 use super::confidence;
 use super::contender::{CURVES, CUT_OFF, Curve, DEFAULT, DEPTH_FIRST, ORACLE, label};

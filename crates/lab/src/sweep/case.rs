@@ -1,16 +1,16 @@
 //! Cases: two meshes and the poses of B in A's frame.
 
+use std::fmt::Display;
 use std::path::Path;
 use std::str::FromStr;
 
+use crate::files;
+use crate::report::{self, Failure};
 use punctual::glam::DVec3;
 use punctual::{Mesh, Pose, Tree};
 use punctual_io::Loaded;
-use punctual_lab::files;
-use punctual_lab::report::{self, Failure};
 
-use crate::approach::Approach;
-use crate::{complain, poses};
+use crate::approach::{self, Approach};
 
 pub struct Case {
     pub name: String,
@@ -67,7 +67,12 @@ impl Case {
 
     /// Two mesh files at poses that are made for them: near contact, some in contact and some free, and at random. Writes the
     /// poses to the folder.
-    pub fn between(files: [&Path; 2], quick: bool, folder: &Path) -> Result<Self, Failure> {
+    pub fn between(
+        files: [&Path; 2],
+        quick: bool,
+        folder: &Path,
+        complain: &dyn Fn(&dyn Display),
+    ) -> Result<Self, Failure> {
         let [a, b] = files.map(|file| {
             let Loaded { mesh, notices, .. } = punctual_io::load(file)?;
             notices
@@ -87,11 +92,11 @@ impl Case {
         let mut case = Self::new(&name, a?, b?, Vec::new());
         let [near, anywhere] = if quick { [28, 4] } else { [84, 16] };
         let mut approach = Approach::new(&case.a, &case.b, 1);
-        let mut poses = poses::contact(&mut approach, near, false)?;
-        poses.extend(poses::random(&mut approach, anywhere)?);
+        let mut poses = approach::contact(&mut approach, near, false)?;
+        poses.extend(approach::random(&mut approach, anywhere)?);
         let mut list = Vec::new();
         for pose in &poses {
-            poses::print(pose, &mut list)?;
+            approach::print(pose, &mut list)?;
         }
         report::write(&folder.join(format!("{name}_poses.txt")), list)?;
         case.poses = poses;

@@ -1,8 +1,8 @@
 //! Case by case, and easy poses apart from hard ones.
 
+use crate::report::{Block, Failure, Lead, Section, Table};
+use crate::statistics::mean;
 use punctual::Mode;
-use punctual_lab::report::{Block, Failure, Lead, Section, Table};
-use punctual_lab::statistics::mean;
 
 use super::super::contender::{DEFAULT, DEPTH_FIRST, LOW_ALPHA, label};
 use super::super::measure::Limit;

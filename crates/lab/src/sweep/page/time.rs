@@ -1,10 +1,8 @@
 //! What is known when a time is up, and how late that is: of this machine.
 
+use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, short};
+use crate::statistics::{quantile, sorted};
 use punctual::Mode;
-use punctual_lab::report::{
-    Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, short,
-};
-use punctual_lab::statistics::{quantile, sorted};
 
 use super::super::contender::{DEFAULT, ORACLE, label};
 use super::super::measure::Limit;
