@@ -5,31 +5,31 @@
 //! [`state`] holds what is proven so far, [`ahead`] bounds what is left, and [`estimate`] predicts
 //! its cost.
 
-pub(super) mod ahead;
+pub(crate) mod ahead;
 mod estimate;
 mod relative_motion;
-pub(super) mod state;
+pub(crate) mod state;
 mod sweep;
 mod windows;
 
+use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::certificate::Place;
+use crate::engine::deadline::Deadline;
+use crate::engine::deadline::budget::Budget;
+use crate::engine::frontier::Pair;
+use crate::engine::memory::PairMemory;
+use crate::engine::memory::told::Sought;
+use crate::engine::options::{MotionOptions, OptionError, thickness};
+use crate::engine::outcome::Operand;
+use crate::engine::outcome::StopReason;
+use crate::engine::question::{Ask, Certify, Query, Question, Remembers};
+use crate::engine::strategy::Strategy;
+use crate::engine::traversal::traverse;
+use crate::engine::triangle_pairs::ids;
+use crate::engine::workspace::{Asked, Key, Workspace};
 use crate::model::cost::WORK_PER_SUBSTEP;
 use crate::model::prediction::Quantiles;
-use crate::query::budget::Budget;
-use crate::query::certificate::Place;
-use crate::query::contained::Operand;
-use crate::query::deadline::Deadline;
-use crate::query::memory::PairMemory;
-use crate::query::options::{MotionOptions, OptionError, thickness};
-use crate::query::outcome::StopReason;
-use crate::query::question::{Ask, Certify, Query, Question, Remembers};
-use crate::query::queue::Pair;
-use crate::query::relative_pose::RelativePose;
-use crate::query::search::Bounded;
-use crate::query::strategy::Strategy;
-use crate::query::told::Sought;
-use crate::query::traversal::traverse;
-use crate::query::triangle_pairs::ids;
-use crate::query::workspace::{Asked, Key, Workspace};
+use crate::query::distance::search::Bounded;
 use crate::tree::Tree;
 use punctual_geom::{Motion, Pose, smaller};
 use relative_motion::{RelativeMotion, Setting};

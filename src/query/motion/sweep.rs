@@ -10,16 +10,16 @@
 use super::relative_motion::{RelativeMotion, Setting};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
 use super::windows::{BEGIN, Windows};
+use crate::engine::expand::{Keys, Sink, expand};
+use crate::engine::frontier::{Frontier, Origin, Pair};
+use crate::engine::outcome::{Stats, StopReason};
+use crate::engine::traversal::{Traversal, Visitor};
+use crate::engine::triangle_pairs::rows;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_WINDOW,
     WORK_PER_WINDOW_TEST,
 };
-use crate::query::expand::{Keys, Sink, expand};
-use crate::query::outcome::{Stats, StopReason};
-use crate::query::queue::{Frontier, Origin, Pair};
-use crate::query::search::{Bounded, Search};
-use crate::query::traversal::{Traversal, Visitor};
-use crate::query::triangle_pairs::rows;
+use crate::query::distance::search::{Bounded, Search};
 use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
 use glam::DVec3;
