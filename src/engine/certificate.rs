@@ -1,10 +1,10 @@
 //! Bounds on what a stopped query may have missed: how much, and where.
 
-use crate::engine::boxes::relative_pose::rounding;
-use crate::engine::frontier::Pair;
-use crate::engine::options::MotionOptions;
-use crate::engine::triangle_pairs::ids;
-use crate::engine::workspace::Workspace;
+use super::boxes::relative_pose::rounding;
+use super::frontier::Pair;
+use super::options::MotionOptions;
+use super::triangles::ids;
+use super::workspace::Workspace;
 use crate::query::motion::ahead::Ahead;
 use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
@@ -63,7 +63,7 @@ impl<'w> Certificate<'w> {
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
         let workspace = self.workspace;
-        let trace = &workspace.trace;
+        let trace = &workspace.state.intersection.trace;
         // Pairs found along curves that the boxes have not reached are also counted in the product
         // of an open pair.
         let waits = workspace
@@ -154,10 +154,11 @@ impl<'w> Certificate<'w> {
         // A waiting triangle pair that was found along a curve is no longer open.
         let trees = [self.a, self.b];
         let waiting = workspace.triangle_pairs();
-        let waiting = waiting.filter(move |pair| !workspace.trace.knows(trees, *pair));
-        let followed = workspace.motion.followed.iter();
+        let waiting =
+            waiting.filter(move |pair| !workspace.state.intersection.trace.knows(trees, *pair));
+        let followed = workspace.state.motion.followed.iter();
         let triangles = waiting
-            .chain(workspace.search.pairs())
+            .chain(workspace.state.distance.pairs())
             .chain(followed.map(|followed| followed.pair))
             .map(move |pair| Open::Triangles(ids(trees, pair)));
         let later = match self.place {
@@ -171,7 +172,7 @@ impl<'w> Certificate<'w> {
 
     /// The part of a motion that is left.
     fn ahead(&self, options: &'w MotionOptions) -> Ahead<'w> {
-        Ahead::new([self.a, self.b], options, &self.workspace.motion)
+        Ahead::new([self.a, self.b], options, &self.workspace.state.motion)
     }
 
     /// Maximum number of open pairs that count: none for a finished motion, whatever the buffers

@@ -6,11 +6,11 @@
 //! of a leaf paired with a smaller inner node stay together: up to eight of them descend the
 //! tree as one pair, with an active mask of those still of interest.
 
-use crate::engine::boxes::edge_axes;
-use crate::engine::boxes::relative_pose::{RelativePose, Views};
-use crate::engine::boxes::{Extents, Facing, Slabs, StoredExtents, Triangles};
-use crate::engine::frontier::Pair;
-use crate::engine::outcome::Stats;
+use super::boxes::edge_axes;
+use super::boxes::relative_pose::{RelativePose, Views};
+use super::boxes::{Extents, Facing, Slabs, StoredExtents, Triangles};
+use super::frontier::Pair;
+use super::outcome::Stats;
 use crate::model::cost::{WORK_PER_CLOSE_TEST, WORK_PER_EDGE_TEST};
 use crate::tree::{Node, Tree, WIDTH};
 use punctual_geom::bits;

@@ -6,7 +6,6 @@
 pub mod apart;
 pub(crate) mod boxes;
 pub(crate) mod certificate;
-pub(crate) mod corners;
 pub(crate) mod deadline;
 pub(crate) mod expand;
 pub(crate) mod frontier;
@@ -16,11 +15,10 @@ pub(crate) mod outcome;
 pub(crate) mod question;
 pub(crate) mod strategy;
 pub(crate) mod traversal;
-pub(crate) mod triangle_pairs;
+pub(crate) mod triangles;
 pub(crate) mod workspace;
 
 pub use crate::model::cost::TYPICAL_UNIT;
-pub use crate::query::manifolds::manifold::{Fixed, inherit};
 pub use crate::sets::{find, unite};
 pub use crate::tree::Convex;
 pub use crate::tree::inside::{Count, crossings, inside};
@@ -30,4 +28,5 @@ pub use boxes::flushing::matters as flushing_matters;
 pub use deadline::Deadline;
 pub use deadline::system::SYSTEM;
 pub use memory::clearance::displacement;
+pub use memory::identity::{Fixed, inherit};
 pub use question::{Ask, QueryWithMemory, Question, Remembers};

@@ -1,6 +1,6 @@
 //! The options of a query.
 
-use crate::engine::frontier::order::Order;
+use super::frontier::order::Order;
 use core::fmt;
 use punctual_geom::Motion;
 use punctual_geom::named;

@@ -125,7 +125,7 @@ pub enum StopReason {
     /// The buffer of pairs, contacts or hits was full. Drain it and resume.
     PairsFull,
     /// The clock reported that the call is cancelled
-    /// ([`Clock::is_cancelled`](crate::query::Clock::is_cancelled)).
+    /// ([`Clock::is_cancelled`](crate::Clock::is_cancelled)).
     Cancelled,
     /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and the input is so small
     /// that this could make an answer false. That is so if coordinates, the pose, or products of

@@ -1,14 +1,14 @@
 //! Parts common to all questions: a query runs, continues, and bounds what it may have missed.
 
-use crate::engine::certificate::{Certificate, Place};
-use crate::engine::deadline::Deadline;
-use crate::engine::deadline::budget::Budget;
-use crate::engine::deadline::system::ClockedBudget;
-use crate::engine::memory::PairMemory;
-use crate::engine::memory::told::Sought;
-use crate::engine::options::OptionError;
-use crate::engine::outcome::{Answer, StopReason};
-use crate::engine::workspace::{Key, ResumeError, Workspace};
+use super::certificate::{Certificate, Place};
+use super::deadline::Deadline;
+use super::deadline::budget::Budget;
+use super::deadline::system::ClockedBudget;
+use super::memory::PairMemory;
+use super::memory::told::Sought;
+use super::options::OptionError;
+use super::outcome::{Answer, StopReason};
+use super::workspace::{Key, ResumeError, Workspace};
 use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
 use punctual_geom::nanoseconds;

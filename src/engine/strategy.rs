@@ -1,9 +1,9 @@
 //! The choices of a run, made once at its start from the question and the budget.
 
-use crate::engine::deadline::budget::Budget;
-use crate::engine::frontier::order::Order;
-use crate::engine::options::{Mode, Options};
-use crate::engine::triangle_pairs::PATIENCE;
+use super::deadline::budget::Budget;
+use super::frontier::order::Order;
+use super::options::{Mode, Options};
+use super::triangles::PATIENCE;
 use crate::tree::WIDTH;
 use core::time::Duration;
 

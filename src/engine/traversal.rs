@@ -17,7 +17,7 @@
 //! later as if it had never stopped.
 //!
 //! [`contained`]: crate::query::points::contained
-//! [`expand`]: crate::engine::expand
+//! [`expand`]: super::expand
 //! [`meeting`]: crate::query::intersection::meeting
 //! [`motion`]: crate::query::motion
 //! [`nearest`]: crate::query::distance::nearest
@@ -25,15 +25,15 @@
 //! [`point`]: crate::query::points
 //! [`ray`]: crate::query::rays
 
-use crate::engine::boxes::flushing;
-use crate::engine::boxes::relative_pose::RelativePose;
-use crate::engine::corners::Corners;
-use crate::engine::deadline::Deadline;
-use crate::engine::expand::Keys;
-use crate::engine::frontier::{Origin, Pair};
-use crate::engine::outcome::StopReason;
-use crate::engine::strategy::Strategy;
-use crate::engine::workspace::Workspace;
+use super::boxes::flushing;
+use super::boxes::relative_pose::RelativePose;
+use super::deadline::Deadline;
+use super::expand::Keys;
+use super::frontier::{Origin, Pair};
+use super::outcome::StopReason;
+use super::strategy::Strategy;
+use super::triangles::corners::Corners;
+use super::workspace::Workspace;
 use crate::tree::{Tree, WIDTH};
 use punctual_geom::Pose;
 use punctual_geom::lanes::{Kernel, Lanes};

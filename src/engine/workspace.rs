@@ -1,28 +1,16 @@
 //! All buffers of a query, owned by the caller.
 
-use crate::engine::corners::Corners;
-use crate::engine::frontier::{Frontier, PATHS};
-use crate::engine::options::{ContactOptions, DistanceOptions, Options};
-use crate::engine::outcome::Operand;
-use crate::engine::outcome::{Stats, StopReason, Verdict};
-use crate::engine::strategy::Strategy;
-use crate::engine::triangle_pairs::TrianglePairs;
+use super::frontier::Frontier;
+use super::options::{ContactOptions, DistanceOptions, Options};
+use super::outcome::Operand;
+use super::outcome::{Stats, StopReason, Verdict};
+use super::strategy::Strategy;
+use super::triangles::TrianglePairs;
+use super::triangles::corners::Corners;
 use crate::model::cost::CostModel;
-use crate::query::contacts::contact::Contact;
-use crate::query::contacts::list::ContactList;
-use crate::query::distance::search::Search;
-use crate::query::intersection::known;
-use crate::query::intersection::trace::Trace;
-use crate::query::manifolds::manifold::Manifold;
-use crate::query::manifolds::overlaps::{Overlaps, Reduction};
-use crate::query::motion::state::MotionState;
-use crate::query::points::PointBounds;
-use crate::query::points::state::{Phase, PointState};
-use crate::query::rays::state::{RayHit, RayState};
-use crate::room::Room;
+use crate::query::state::State;
 use crate::tree::Tree;
 use alloc::boxed::Box;
-use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
 use core::time::Duration;
@@ -51,24 +39,8 @@ pub struct Workspace {
     pub(crate) testing: bool,
     /// The last batch was inconclusive: take the next node pair from another part of the stack.
     pub(crate) inconclusive: bool,
-    /// Triangle pairs (tree order) that intersected in the previous frame; the warm-start paths
-    /// lead to them.
-    pub(crate) witnesses: ArrayVec<[u32; 2], PATHS>,
-    /// The pairs that the memory keeps for the next frame.
-    pub(crate) sample: Sample,
-    /// The state of contact-curve tracing.
-    pub(crate) trace: Trace,
-    /// The state of a distance query.
-    pub(crate) search: Search,
-    /// The state of a motion query.
-    pub(crate) motion: MotionState,
-    pub(crate) rays: RayState,
-    pub(crate) points: PointState,
-    pub(crate) contacts: ContactList,
-    pub(crate) reduction: Reduction,
-    pub(crate) overlaps: Overlaps,
-    pub(crate) manifolds: Vec<Manifold>,
-    pub(crate) found: Room<[u32; 2]>,
+    /// The states of the questions.
+    pub(crate) state: State,
     pub(crate) run: Run,
 }
 
@@ -138,47 +110,6 @@ impl Containment {
     }
 }
 
-/// A sample of the pairs found, in tree order: every `2^skips`-th. Once it has been full, it is at
-/// least half full.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Sample {
-    pairs: ArrayVec<[u32; 2], PATHS>,
-    skips: u32,
-}
-
-impl Sample {
-    /// Offers the pair that was found after `before` others.
-    #[inline(always)]
-    pub fn note(&mut self, pair: [u32; 2], before: u64) {
-        if before & ((1 << self.skips) - 1) == 0 {
-            self.add(pair);
-        }
-    }
-
-    fn add(&mut self, pair: [u32; 2]) {
-        if self.pairs.is_full() {
-            // Keeps every second pair, beginning with the first; the new pair continues the
-            // sequence.
-            let mut stays = false;
-            self.pairs.retain(|_| {
-                stays = !stays;
-                stays
-            });
-            self.skips += 1;
-        }
-        self.pairs.push(pair);
-    }
-
-    pub fn pairs(&self) -> &[[u32; 2]] {
-        &self.pairs
-    }
-
-    fn clear(&mut self) {
-        self.pairs.clear();
-        self.skips = 0;
-    }
-}
-
 /// Identifies a query: calls with equal keys belong to one query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
@@ -234,18 +165,7 @@ impl Workspace {
             corners: [Corners::EMPTY; 2],
             testing: false,
             inconclusive: false,
-            witnesses: ArrayVec::new(),
-            sample: Sample::default(),
-            trace: Trace::new(known::ROOM),
-            search: Search::new(),
-            motion: MotionState::NOTHING,
-            rays: RayState::default(),
-            points: PointState::default(),
-            contacts: ContactList::default(),
-            reduction: Reduction::default(),
-            overlaps: Overlaps::default(),
-            manifolds: Vec::new(),
-            found: Room::new(found.max(1)),
+            state: State::new(found),
             run: Run {
                 key: None,
                 strategy: Strategy::NONE,
@@ -260,100 +180,6 @@ impl Workspace {
     /// For experiments: uses the portable kernels on any machine; slower, with the same bits.
     pub fn use_portable_kernels(&mut self) {
         self.instructions = Instructions::PORTABLE;
-    }
-
-    /// The intersecting pairs that the last query found, without drained ones, in order of
-    /// discovery: triangle of A, triangle of B, ids of the input meshes.
-    pub fn pairs(&self) -> &[[u32; 2]] {
-        &self.found
-    }
-
-    /// Removes and returns the found pairs, so that a query stopped with
-    /// [`crate::StopReason::PairsFull`] can be resumed.
-    pub fn drain_pairs(&mut self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.found.drain(..)
-    }
-
-    /// The contacts that the last query found, if it was a contact query, without drained ones:
-    /// nearest first, at equal distance by the ids of their triangles.
-    pub fn contacts(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
-        self.contacts.iter()
-    }
-
-    /// Removes and returns the contacts, nearest first, so that a query stopped with
-    /// [`crate::StopReason::PairsFull`] can be resumed.
-    pub fn drain_contacts(&mut self) -> impl ExactSizeIterator<Item = Contact> {
-        self.contacts.drain()
-    }
-
-    /// The manifolds of the last query, if it was [one](crate::Query::manifolds), the deepest
-    /// first. Those of a stopped query are incomplete.
-    pub fn manifolds(&self) -> &[Manifold] {
-        &self.manifolds
-    }
-
-    /// Reserves room for at least `contacts` contacts, 170 bytes each. If there is no room at all,
-    /// the first contact query reserves room for 4,096. After more room is reserved, a query
-    /// stopped with [`crate::StopReason::PairsFull`] can be resumed without draining.
-    pub fn reserve_contacts(&mut self, contacts: usize) {
-        self.contacts.reserve(contacts);
-    }
-
-    /// Reserves room for the manifolds of meshes of at most this many triangles and vertices, with
-    /// at most `pairs` pairs of triangles that intersect: 4 bytes for each triangle, 36 for each
-    /// vertex, and about 1.9 kB for each pair.
-    pub fn reserve_manifolds(&mut self, pairs: usize, triangles: usize, vertices: usize) {
-        self.reserve_contacts(pairs);
-        self.reduction.skin.reserve();
-        self.overlaps.reserve_for(pairs, [triangles, vertices]);
-        let room = pairs.saturating_sub(self.manifolds.len());
-        self.manifolds.reserve(room);
-    }
-
-    /// The hits that the last query found, if it asked for all hits of a ray, without drained ones:
-    /// in order of discovery, which is nearly that of `t`.
-    pub fn ray_hits(&self) -> &[RayHit] {
-        &self.rays.hits
-    }
-
-    /// The hits that the last query found, if it was one of many rays
-    /// ([`Query::rays`](crate::query::Query::rays)): one for each ray done, in the order of the rays.
-    /// `None` for a ray without a hit.
-    pub fn first_hits(&self) -> &[Option<RayHit>] {
-        &self.rays.first_hits
-    }
-
-    /// What the last query found about points, if it was one about points: one for each point done,
-    /// in the order of the points.
-    pub fn points(&self) -> &[PointBounds] {
-        &self.points.found
-    }
-
-    /// Reserves room for the answers about at least this many points. The first query for a larger
-    /// batch of points reserves room for it, and the first about an open solid 24 bytes for each
-    /// vertex on an open edge.
-    pub fn reserve_points(&mut self, points: usize) {
-        self.points.reserve(points);
-    }
-
-    /// Reserves room to find out whether one solid is inside another.
-    #[doc(hidden)]
-    pub fn reserve_containment(&mut self) {
-        self.points.reserve_stack();
-    }
-
-    /// Removes and returns the hits of a ray, so that a query stopped with
-    /// [`crate::StopReason::PairsFull`] can be resumed.
-    pub fn drain_ray_hits(&mut self) -> impl ExactSizeIterator<Item = RayHit> + '_ {
-        self.rays.hits.drain(..)
-    }
-
-    /// Reserves room for at least `hits` hits of a ray, 24 bytes each, and for a batch of as many
-    /// rays, 32 bytes each. The first query for all hits reserves room for 4,096 if there is none.
-    /// The first query for a larger batch of rays reserves room for it.
-    pub fn reserve_ray_hits(&mut self, hits: usize) {
-        self.rays.hits.reserve_all(hits);
-        self.rays.first_hits.reserve_all(hits);
     }
 
     /// The costs of a BV test, a triangle pair, an opened node pair and a query on this machine, in
@@ -397,13 +223,6 @@ impl Workspace {
         self.run.verdict(stop)
     }
 
-    /// A pair of triangles (tree order) that the last intersection query found to meet.
-    #[doc(hidden)]
-    #[inline]
-    pub fn witness(&self) -> Option<[u32; 2]> {
-        self.sample.pairs().first().copied()
-    }
-
     /// Work of the last query.
     #[doc(hidden)]
     #[inline]
@@ -414,21 +233,12 @@ impl Workspace {
         }
     }
 
-    /// [`Search::bound`] of the distance query.
-    pub(crate) fn bound(&mut self, current: f32, unit: f64) {
-        self.search.bound(&self.frontier, current, unit);
-    }
-
     /// True if nothing is left open.
     pub(crate) fn is_done(&self) -> bool {
         self.frontier.is_empty()
             && self.waiting.is_empty()
             && self.uncertain.is_empty()
-            && self.search.is_done()
-            && self.motion.followed.is_none()
-            && self.rays.candidates.is_empty()
-            && self.rays.after == 0
-            && self.points.phase == Phase::Idle
+            && self.state.is_done()
     }
 
     /// The triangle pairs (tree order) of an intersection query that wait for a test.
@@ -447,17 +257,7 @@ impl Workspace {
         self.uncertain.clear();
         self.testing = false;
         self.inconclusive = false;
-        self.witnesses.clear();
-        self.sample.clear();
-        self.trace.clear();
-        self.search.clear();
-        self.motion.followed = None;
-        self.rays.clear();
-        self.points.clear();
-        self.contacts.clear();
-        self.reduction.clear();
-        self.manifolds.clear();
-        self.found.clear();
+        self.state.clear();
     }
 }
 
@@ -481,32 +281,3 @@ impl fmt::Display for ResumeError {
 }
 
 impl core::error::Error for ResumeError {}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sample_is_spread_over_all_that_was_found() {
-        for found in [0, 1, 15, 16, 17, 32, 33, 1_000, 70_000] {
-            let mut sample = Sample::default();
-            (0..found).for_each(|i| sample.note([i, 0], i.into()));
-            let pairs = sample.pairs();
-            assert_eq!(
-                pairs.len() == found as usize,
-                found <= PATHS as u32,
-                "{found}"
-            );
-            assert!(pairs.len() >= PATHS / 2 || pairs.len() == found as usize);
-            let step = pairs.get(1).map_or(1, |pair| pair[0]);
-            assert!(
-                pairs.iter().zip(0..).all(|(pair, i)| pair[0] == i * step),
-                "{found}: {pairs:?}"
-            );
-            assert!(
-                found == 0 || pairs.len() as u32 * step >= found,
-                "{found}: {pairs:?}"
-            );
-        }
-    }
-}

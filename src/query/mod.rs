@@ -20,3 +20,4 @@ pub(crate) mod manifolds;
 pub(crate) mod motion;
 pub(crate) mod points;
 pub(crate) mod rays;
+pub(crate) mod state;

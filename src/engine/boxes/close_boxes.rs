@@ -5,7 +5,7 @@
 //! more than the rounding of the boxes, so parallel sheets are separated high up in the trees.
 //! The proof is in `docs/numerics.md`, "Boxes that are close".
 
-use crate::engine::boxes::relative_pose::{RelativePose, Views};
+use super::relative_pose::{RelativePose, Views};
 use crate::tree::{Node, xyz};
 use glam::DVec3;
 use punctual_geom::tolerance;

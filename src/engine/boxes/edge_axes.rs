@@ -5,7 +5,7 @@
 //! has no rounding of its own and need not be a unit vector. The proof of the margins is in
 //! `docs/numerics.md`, "Edge axes".
 
-use crate::engine::boxes::relative_pose::{Entries, RelativePose, View};
+use super::relative_pose::{Entries, RelativePose, View};
 use crate::tree::{Node, xyz};
 use punctual_geom::lanes::per_axis;
 use wide::f32x4;

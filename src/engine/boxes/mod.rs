@@ -3,7 +3,7 @@
 //! A box with centre `c` and half extents `h`, seen from the orientation of a node of the other
 //! side ([`View`]), lies within `M c + t ± (|M| h + m)`. `m` covers every rounding and is proven in
 //! `docs/numerics.md`. So no overlap is lost; a box kept needlessly only costs time. The other nine
-//! axes are in [`edge_axes`](crate::engine::boxes::edge_axes). All lengths are in A's units.
+//! axes are in [`edge_axes`]. All lengths are in A's units.
 
 pub(crate) mod close_boxes;
 pub(crate) mod edge_axes;
@@ -13,11 +13,11 @@ pub(crate) mod relative_pose;
 
 mod planes;
 
-use crate::engine::boxes::relative_pose::View;
 use crate::tree::{Node, WIDTH, xyz};
 pub(crate) use planes::{Plane, Planes};
 use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis};
 use punctual_geom::triangle::batch::Rows;
+use relative_pose::View;
 use wide::f32x4;
 
 /// Eight boxes by centre and half extents, along the axes of their node.

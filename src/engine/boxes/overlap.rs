@@ -1,13 +1,13 @@
 //! The measure of the intersection: overlap of boxes on the six face axes.
 //!
 //! A box with centre `c` and half extents `h`, seen from the orientation of a node of the other
-//! side ([`View`](crate::engine::boxes::relative_pose::View)), lies within `M c + t ± (|M| h + m)`. `m` covers
+//! side ([`View`](super::relative_pose::View)), lies within `M c + t ± (|M| h + m)`. `m` covers
 //! every rounding and is proven in `docs/numerics.md`. So no overlap is lost; a box kept needlessly
-//! only costs time. The other nine axes are in [`edge_axes`](crate::engine::boxes::edge_axes).
+//! only costs time. The other nine axes are in [`edge_axes`](super::edge_axes).
 
-use crate::engine::boxes::close_boxes;
-use crate::engine::boxes::relative_pose::{RelativePose, Views};
-use crate::engine::boxes::{Boxes, Facing, Plane, Planes, Slabs, Stored, Triangles};
+use super::close_boxes;
+use super::relative_pose::{RelativePose, Views};
+use super::{Boxes, Facing, Plane, Planes, Slabs, Stored, Triangles};
 use crate::engine::expand::{Keys, Measure};
 use crate::model::cost::WORK_PER_EXPANSION;
 use crate::tree::{Node, WIDTH};

@@ -1,7 +1,7 @@
 //! Triangles of a leaf seen from a node of the other side: their boxes and their planes.
 
+use super::relative_pose::{self, View};
 use super::{Boxes, Slabs, Stored, Triangles};
-use crate::engine::boxes::relative_pose::{self, View};
 use crate::tree::xyz;
 use punctual_geom::lanes::{Column, F8, Lanes, cross, dot, per_axis};
 use punctual_geom::triangle::batch::{LEAST_EDGE_ERROR, Rows, Transposed, UNDERFLOW, largest};

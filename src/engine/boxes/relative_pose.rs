@@ -58,7 +58,7 @@ pub(crate) struct RelativePose {
     pub scale: f32,
     /// Error bound of a direction, of either side, relative to its length.
     pub rotation_error: f32,
-    /// Factor for the square of a gap: [`crate::query::distance::gaps::Gaps::shrink`].
+    /// Factor for the square of a gap: `Gaps::shrink` of the distance.
     pub shrink: f32,
     /// Boxes in doubt have at least this gap in `f32`. A smaller gap is often only rounding of 0.
     pub least_gap: f32x4,

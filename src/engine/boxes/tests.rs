@@ -1,5 +1,5 @@
+use super::relative_pose::{RelativePose, Views};
 use super::*;
-use crate::engine::boxes::relative_pose::{RelativePose, Views};
 use crate::mesh::shapes;
 use crate::tree::Tree;
 use glam::{DMat3, DVec3};

@@ -12,15 +12,15 @@
 pub(crate) mod budget;
 pub(crate) mod system;
 
-use crate::engine::deadline::budget::Clock;
-use crate::engine::deadline::system::ClockedBudget;
 use crate::engine::outcome::StopReason;
 use crate::model::cost::{
     FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART,
     SLOWEST_TO_MEAN, SLOWEST_UNIT,
 };
+use budget::Clock;
 use core::time::Duration;
 use punctual_geom::nanoseconds;
+use system::ClockedBudget;
 
 /// Maximum work between two readings of the clock: about a millisecond.
 const BETWEEN_LOOKS: u64 = 1 << 20;

@@ -4,7 +4,7 @@
 //! This is so without `std`, and on `wasm32-unknown-unknown`, whose `std` panics when asked for the
 //! time.
 
-use crate::engine::deadline::budget::{Budget, Clock};
+use super::budget::{Budget, Clock};
 use core::fmt;
 use core::time::Duration;
 

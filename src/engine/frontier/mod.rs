@@ -13,12 +13,12 @@ pub(crate) mod order;
 mod ranked;
 
 use crate::engine::expand::Keys;
-use crate::engine::frontier::ranked::Ranked;
 use crate::tree::{MAX_HEIGHT, Node, WIDTH};
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use core::iter::successors;
 use punctual_geom::bits;
+use ranked::Ranked;
 
 /// Two nodes, each with the mask of its active children, those still of interest. All children of
 /// inner nodes are active.

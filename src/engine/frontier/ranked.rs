@@ -1,8 +1,8 @@
 //! The priority queue of the first openings of a run that a budget may cut, where the order of
 //! visits matters most.
 
+use super::Pair;
 use crate::engine::expand::{Keys, key_of};
-use crate::engine::frontier::Pair;
 
 /// Maximum number of pairs: the slot of a pair is in the low six bits of its rank.
 const SLOTS: usize = 64;

@@ -1,22 +1,22 @@
 //! State of a pair of meshes that is kept from frame to frame.
 
 pub(crate) mod clearance;
+pub(crate) mod identity;
 pub(crate) mod told;
 
 use crate::engine::frontier::PATHS;
-use crate::engine::memory::clearance::Clearance;
-use crate::engine::memory::told::{Sought, Told};
 use crate::engine::options::Mode;
 use crate::engine::outcome::{StopReason, Verdict};
 use crate::engine::workspace::{Key, Workspace};
 use crate::model::confidence::History;
 use crate::model::prediction::Quantiles;
-use crate::query::distance::interval::Interval;
-use crate::query::manifolds::manifold::ManifoldMemory;
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
+use clearance::Clearance;
+use identity::ManifoldMemory;
 use punctual_geom::Pose;
+use told::{Sought, Told};
 
 /// Maximum number of witnesses of [`Mode::Any`] that are remembered and tested before anything
 /// else: one batch.
@@ -278,23 +278,24 @@ impl PairMemory {
             .map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
     }
 
-    /// Updates the memory after a call of a distance query at a pose. `work` is that of the whole
-    /// query, if predictions can use it.
+    /// Updates the memory after a call of a distance query at a pose, which has proven the bound
+    /// `low`. `work` is that of the whole query, if predictions can use it.
     pub(crate) fn remember_distance(
         &mut self,
         [a, b]: [&Tree; 2],
         b_in_a: &Pose,
-        interval: &Interval,
+        low: f64,
+        nearest: Option<[u32; 2]>,
         work: Option<u64>,
     ) {
         // The memory may differ from the one at the start of the run.
         self.bind(a, b);
         if let Some(known) = &mut self.clearance
-            && interval.low() > known.at(a, b, b_in_a).max(0.0)
+            && low > known.at(a, b, b_in_a).max(0.0)
         {
-            **known = Clearance::new(a, b, b_in_a, interval.low());
+            **known = Clearance::new(a, b, b_in_a, low);
         }
-        self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
+        self.nearest = nearest.or(self.nearest);
         self.remember_work(Sought::Distance, work);
     }
 
@@ -337,7 +338,7 @@ impl PairMemory {
         workspace: &Workspace,
         before: Before,
     ) {
-        let (run, found) = (&workspace.run, workspace.sample.pairs());
+        let (run, found) = (&workspace.run, workspace.state.intersection.sample.pairs());
         if !found.is_empty() {
             // Witnesses in parts that a stopped query has not reached may still be valid.
             let kept = match mode {

@@ -1,7 +1,8 @@
 //! Fixed-capacity list of the contacts that a query has found, sorted by distance. Contacts never
 //! move; only their order does.
 
-use crate::query::contacts::contact::Contact;
+use super::contact::Contact;
+use crate::engine::workspace::Workspace;
 use crate::room::Room;
 use arrayvec::ArrayVec;
 
@@ -201,5 +202,26 @@ impl ContactList {
         self.order
             .drain(..)
             .map(|place| self.contacts[place.contact as usize])
+    }
+}
+
+impl Workspace {
+    /// The contacts that the last query found, if it was a contact query, without drained ones:
+    /// nearest first, at equal distance by the ids of their triangles.
+    pub fn contacts(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
+        self.state.contacts.iter()
+    }
+
+    /// Removes and returns the contacts, nearest first, so that a query stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed.
+    pub fn drain_contacts(&mut self) -> impl ExactSizeIterator<Item = Contact> {
+        self.state.contacts.drain()
+    }
+
+    /// Reserves room for at least `contacts` contacts, 170 bytes each. If there is no room at all,
+    /// the first contact query reserves room for 4,096. After more room is reserved, a query
+    /// stopped with [`crate::StopReason::PairsFull`] can be resumed without draining.
+    pub fn reserve_contacts(&mut self, contacts: usize) {
+        self.state.contacts.reserve(contacts);
     }
 }

@@ -18,7 +18,8 @@ where
     pub fn listing(&self, workspace: &Workspace) -> Listing {
         let asked = self.key().asked;
         // Once all pairs are listed, the frontier holds nodes that rays enter.
-        let is_listed = matches!(asked, Asked::Manifolds(_)) && workspace.reduction.is_listed;
+        let is_listed =
+            matches!(asked, Asked::Manifolds(_)) && workspace.state.manifolds.reduction.is_listed;
         let nodes = [self.a, self.b].map(Tree::nodes);
         let fourth_root = |pair: Pair| {
             let [a, b] = [0, 1].map(|side| nodes[side][pair.nodes[side] as usize].self_cost);
@@ -31,7 +32,7 @@ where
         };
         let sampled = workspace.frontier.iter().take(open.min(SAMPLE));
         let sum: f64 = sampled.map(fourth_root).sum();
-        let waiting = workspace.triangle_pairs().count() + workspace.search.pairs().count();
+        let waiting = workspace.triangle_pairs().count() + workspace.state.distance.pairs().count();
         Listing {
             pairs: self.a.mesh().len() as f64 * self.b.mesh().len() as f64,
             work: workspace.work() as f64,

@@ -1,9 +1,11 @@
 //! Contacts of two meshes: all pairs of triangles within a margin, the nearest first.
 //!
-//! This is the distance question with a fixed cut ([`nearest`](crate::query::distance::nearest)): pairs beyond the
-//! margin are dropped, and every pair within is written to the list of the workspace. With margin 0
-//! it is the question of the intersection ([`meeting`](crate::query::intersection::meeting)), whose boxes and triangle
-//! tests cost less.
+//! This is the distance question with a fixed cut ([`nearest`]): pairs beyond the margin are
+//! dropped, and every pair within is written to the list of the workspace. With margin 0 it is the
+//! question of the intersection ([`meeting`]), whose boxes and triangle tests cost less.
+//!
+//! [`nearest`]: crate::query::distance::nearest
+//! [`meeting`]: crate::query::intersection::meeting
 
 pub(crate) mod contact;
 pub(crate) mod list;
@@ -20,22 +22,22 @@ use crate::engine::outcome::StopReason;
 use crate::engine::question::{Ask, Certify, Query, Question};
 use crate::engine::strategy::Strategy;
 use crate::engine::traversal::traverse;
-use crate::engine::triangle_pairs::PATIENCE;
+use crate::engine::triangles::PATIENCE;
 use crate::engine::workspace::{Asked, Key, Workspace};
 use crate::model::listing::contacts_left;
 use crate::model::prediction::Quantiles;
-use crate::query::contacts::contact::{Contact, face_normal};
 use crate::query::distance::interval::{Interval, Tolerance};
 use crate::query::distance::nearest::Nearness;
 use crate::query::intersection::meeting::Meeting;
 use crate::tree::Tree;
+use contact::{Contact, face_normal};
 use glam::DVec3;
 use punctual_geom::Pose;
 use punctual_geom::tolerance::COORDINATE_LIMIT;
 
 /// Asks where two surfaces intersect, or come within a margin of each other ([`Query::contacts`]).
 ///
-/// The answer is a set of [`Contact`](crate::query::contacts::contacts::Contact)s: all pairs of triangles no farther
+/// The answer is a set of [`Contact`](crate::contacts::Contact)s: all pairs of triangles no farther
 /// apart than the margin. They stay in the workspace, nearest first ([`Workspace::contacts`]).
 ///
 /// **Guarantee.** The set of a finished query misses no pair within the margin. With margin 0 the
@@ -109,7 +111,7 @@ impl<'t> Query<'t, Contacts> {
     }
 
     /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame:
-    /// the orientations of the two faces of a [`Contact`](crate::query::contacts::contacts::Contact). `None` for a
+    /// the orientations of the two faces of a [`Contact`](crate::contacts::Contact). `None` for a
     /// triangle whose area `f64` cannot resolve.
     ///
     /// The query need not have been run. Contacts do not store these normals, to stay small.
@@ -164,17 +166,17 @@ impl Ask<Contacts> for Query<'_, Contacts> {
             ..Strategy::NONE
         };
         workspace.run.begin(self.key(), strategy);
-        if workspace.contacts.capacity() == 0 {
-            workspace.contacts.reserve(DEFAULT_ROOM);
+        if workspace.state.contacts.capacity() == 0 {
+            workspace.state.contacts.reserve(DEFAULT_ROOM);
         }
         let ContactOptions { margin, limit, .. } = self.asked.options;
-        workspace.contacts.begin(margin, limit);
+        workspace.state.contacts.begin(margin, limit);
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
         if margin > 0.0 {
             let interval = Interval::new(Tolerance::default(), 0.0, margin);
-            workspace.search.begin(interval, None);
+            workspace.state.distance.begin(interval, None);
         }
         workspace.frontier.push(Pair::new(0, 0));
     }
@@ -186,10 +188,15 @@ impl Ask<Contacts> for Query<'_, Contacts> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
-        let relative = RelativePose::within(self.a, self.b, b_in_a, workspace.reduction.reach());
-        workspace.contacts.hurry(deadline.is_timed());
+        let relative = RelativePose::within(
+            self.a,
+            self.b,
+            b_in_a,
+            workspace.state.manifolds.reduction.reach(),
+        );
+        workspace.state.contacts.hurry(deadline.is_timed());
         let stop = if self.asked.options.margin > 0.0 {
-            let question = Nearness::new(&relative, &workspace.search.interval);
+            let question = Nearness::new(&relative, &workspace.state.distance.interval);
             let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
             workspace.bound(f32::INFINITY, relative.unit);
             stop
@@ -201,7 +208,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
             let question = Meeting { options };
             traverse(question, trees, b_in_a, &relative, workspace, deadline)
         };
-        workspace.contacts.sort();
+        workspace.state.contacts.sort();
         stop
     }
 
@@ -209,7 +216,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
         let low = if stop.is_final() {
             f64::INFINITY
         } else {
-            workspace.search.interval.low()
+            workspace.state.distance.interval.low()
         };
         ContactBounds { low }
     }

@@ -5,18 +5,20 @@
 //! far. Pairs that can only raise the lower bound are put off to the end. Within a margin there is
 //! no closest: each pair counts.
 
-use crate::engine::corners::Corners;
+use super::nearest::Nearness;
+use super::search::Bounded;
 use crate::engine::traversal::Traversal;
-use crate::engine::triangle_pairs::{ids, rows};
+use crate::engine::triangles::corners::Corners;
+use crate::engine::triangles::{ids, rows};
 use crate::engine::workspace::Workspace;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
     WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::query::contacts::contact::Contact;
-use crate::query::distance::nearest::Nearness;
-use crate::query::distance::search::Bounded;
 use crate::query::manifolds::manifold::{Shape, Skin, falls_beside};
+use crate::query::manifolds::state::ManifoldState;
+use crate::query::state::State;
 use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
@@ -36,13 +38,14 @@ impl Traversal<'_, '_, Nearness> {
     #[cold]
     #[inline(never)]
     pub(crate) fn is_full(&self) -> bool {
-        self.workspace.contacts.is_full() && !self.workspace.search.proposed.is_empty()
+        self.workspace.state.contacts.is_full()
+            && !self.workspace.state.distance.proposed.is_empty()
     }
 
     /// Computes lower bounds of up to eight waiting pairs.
     #[inline(always)]
     pub(crate) fn test_batch<L: Lanes>(&mut self, lanes: L) {
-        let search = &mut self.workspace.search;
+        let search = &mut self.workspace.state.distance;
         let mut dropped = search.dropped;
         let (pairs, keys, count) =
             search.pop_batch(self.question.cut, |low| dropped = dropped.min(low));
@@ -63,7 +66,7 @@ impl Traversal<'_, '_, Nearness> {
         let proven = F8::load(lanes, &keys).max(F8::splat(lanes, 0.0)).sqrt()
             * F8::splat(lanes, 1.0 - f32::EPSILON);
         let low = F8::load(lanes, &found.low).max(proven);
-        if self.workspace.contacts.margin().is_some() {
+        if self.workspace.state.contacts.margin().is_some() {
             let meet = !F8::splat(lanes, 0.0).less(low).mask();
             // The factor makes the rounded root larger than the exact one.
             let cut = F8::splat(lanes, self.question.cut).sqrt()
@@ -87,12 +90,8 @@ impl Traversal<'_, '_, Nearness> {
         meet: u32,
         found: &Distances,
     ) {
-        let Workspace {
-            search,
-            corners,
-            reduction,
-            ..
-        } = &mut *self.workspace;
+        let Workspace { corners, state, .. } = &mut *self.workspace;
+        let (search, reduction) = (&mut state.distance, &mut state.manifolds.reduction);
         search.interval.pass_rest();
         let shape = Shape {
             trees: [self.a, self.b],
@@ -125,7 +124,7 @@ impl Traversal<'_, '_, Nearness> {
     /// raise the lower bound are put off.
     #[inline(never)]
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], found: &Distances) {
-        let search = &mut self.workspace.search;
+        let search = &mut self.workspace.state.distance;
         let closer =
             (search.interval.high() / self.relative.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
         let mut order = ArrayVec::<usize, WIDTH>::new();
@@ -163,14 +162,16 @@ impl Traversal<'_, '_, Nearness> {
     #[inline(never)]
     pub(crate) fn consider(&mut self, Bounded { pair, low }: Bounded) {
         let workspace = &mut *self.workspace;
-        if low == ONLY_AREA && workspace.reduction.is_on {
+        if low == ONLY_AREA && workspace.state.manifolds.reduction.is_on {
             let trees = [self.a, self.b];
             let of_pair = Corners::of_pair(&mut workspace.corners, trees, self.b_in_a, pair);
             return workspace
+                .state
+                .manifolds
                 .reduction
                 .take_area(of_pair, &mut workspace.run.stats);
         }
-        let interval = &mut workspace.search.interval;
+        let interval = &mut workspace.state.distance.interval;
         let is_settled = interval
             .nearest()
             .is_some_and(|(nearest, _)| nearest == pair);
@@ -184,7 +185,7 @@ impl Traversal<'_, '_, Nearness> {
             return;
         }
         self.deadline.allow_for_long_step();
-        if let Some(margin) = workspace.contacts.margin() {
+        if let Some(margin) = workspace.state.contacts.margin() {
             return self.consider_contact(Bounded { pair, low }, proven, margin);
         }
         let trees = [self.a, self.b];
@@ -203,23 +204,31 @@ impl Traversal<'_, '_, Nearness> {
             None => found.of_apart(a, b),
         };
         found.low = found.low.max(proven);
-        workspace.search.interval.settle(pair, &found);
+        workspace.state.distance.interval.settle(pair, &found);
         self.question
-            .update(self.relative, &workspace.search.interval);
+            .update(self.relative, &workspace.state.distance.interval);
     }
 
     /// Keeps the contact of a pair that is at least `proven` apart, if its distance is within the
     /// margin.
     fn consider_contact(&mut self, proposed: Bounded, proven: f64, margin: f64) {
         let Workspace {
-            contacts,
             corners,
             run,
-            reduction,
-            overlaps,
-            search,
+            state,
             ..
         } = &mut *self.workspace;
+        let State {
+            distance: search,
+            contacts,
+            manifolds:
+                ManifoldState {
+                    reduction,
+                    overlaps,
+                    ..
+                },
+            ..
+        } = state;
         let (trees, pair) = ([self.a, self.b], proposed.pair);
         let of_pair @ [a, b] = Corners::of_pair(corners, trees, self.b_in_a, pair);
         let (triangles, stats) = (ids(trees, pair), &mut run.stats);

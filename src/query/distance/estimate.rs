@@ -28,6 +28,8 @@ impl Query<'_, Distance> {
     /// The prediction is rough: half of the queries are within a factor of 2.4 of the median, nine
     /// of ten within 6.5. With a memory of frames close together the factors are 1.2 and 5
     /// (`docs/model.md`).
+    ///
+    /// [`CostModel::bv_test`]: crate::prediction::CostModel::bv_test
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Quantiles {
         self.work_left(&self.closing(0, [0.0, f64::INFINITY]), memory)
@@ -45,7 +47,10 @@ impl Query<'_, Distance> {
         memory: Option<&PairMemory>,
     ) -> Result<DistanceEstimate, ResumeError> {
         self.holds(workspace)?;
-        let closing = self.closing(workspace.work(), self.bounds(&workspace.search.interval));
+        let closing = self.closing(
+            workspace.work(),
+            self.bounds(&workspace.state.distance.interval),
+        );
         let remaining = if workspace.run.stopped {
             self.work_left(&closing, memory)
         } else {

@@ -22,14 +22,14 @@ use crate::engine::outcome::StopReason;
 use crate::engine::question::{Ask, Certify, Query, Question, Remembers};
 use crate::engine::strategy::Strategy;
 use crate::engine::traversal::traverse;
-use crate::engine::triangle_pairs::ids;
+use crate::engine::triangles::ids;
 use crate::engine::workspace::{Asked, Key, Workspace};
 use crate::model::prediction::Quantiles;
-use crate::query::distance::halves::Halves;
-use crate::query::distance::interval::{Interval, Tolerance};
-use crate::query::distance::nearest::Nearness;
 use crate::tree::Tree;
 use glam::DVec3;
+use halves::Halves;
+use interval::{Interval, Tolerance};
+use nearest::Nearness;
 use punctual_geom::Pose;
 
 /// Asks for the distance of two surfaces at a pose ([`Query::distance`]); 0 if they intersect.
@@ -209,7 +209,7 @@ impl<'t> Query<'t, Distance> {
     /// only if the surfaces intersect.
     #[doc(hidden)]
     pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
-        workspace.search.interval.high()
+        workspace.state.distance.interval.high()
     }
 
     /// The run in the workspace does not resolve distances beyond this; 0 with a limit.
@@ -218,7 +218,7 @@ impl<'t> Query<'t, Distance> {
         if self.asked.options.limit < f64::INFINITY {
             0.0
         } else {
-            workspace.search.interval.ceiling()
+            workspace.state.distance.interval.ceiling()
         }
     }
 
@@ -260,10 +260,10 @@ impl Ask<Distance> for Query<'_, Distance> {
             interval = interval.leaving_contact_open();
         }
         if interval.know(known) {
-            return workspace.search.begin(interval, None);
+            return workspace.state.distance.begin(interval, None);
         }
-        workspace.search.begin(interval, guess);
-        workspace.search.halves = Halves::of(self.a, self.b);
+        workspace.state.distance.begin(interval, guess);
+        workspace.state.distance.halves = Halves::of(self.a, self.b);
         workspace.testing = guess.is_some();
         workspace.frontier.push(Pair::new(0, 0));
     }
@@ -279,21 +279,23 @@ impl Ask<Distance> for Query<'_, Distance> {
         }
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
         let relative = RelativePose::new(self.a, self.b, b_in_a);
-        let question = Nearness::new(&relative, &workspace.search.interval);
+        let question = Nearness::new(&relative, &workspace.state.distance.interval);
         let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
         workspace.bound(f32::INFINITY, relative.unit);
         if let Some(memory) = memory {
             // With a limit the work is less, so predictions must not use it.
-            let is_whole = stop.is_final() && !workspace.search.interval.has_limit();
+            let interval = &workspace.state.distance.interval;
+            let is_whole = stop.is_final() && !interval.has_limit();
             let work = is_whole.then(|| workspace.work());
-            memory.remember_distance(trees, b_in_a, &workspace.search.interval, work);
+            let nearest = interval.nearest().map(|(pair, _)| pair);
+            memory.remember_distance(trees, b_in_a, interval.low(), nearest, work);
             memory.learn(self.sought(), workspace, workspace.work(), stop.is_final());
         }
         stop
     }
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> Bounds {
-        let interval = &workspace.search.interval;
+        let interval = &workspace.state.distance.interval;
         let within = workspace.run.containment.inner();
         let [low, high] = match within {
             Some(_) => [0.0; 2],
@@ -324,7 +326,10 @@ impl Ask<Distance> for Query<'_, Distance> {
     }
 
     fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
-        let closing = self.closing(workspace.work(), self.bounds(&workspace.search.interval));
+        let closing = self.closing(
+            workspace.work(),
+            self.bounds(&workspace.state.distance.interval),
+        );
         (self.work_left(&closing, memory), None)
     }
 }
@@ -332,7 +337,7 @@ impl Ask<Distance> for Query<'_, Distance> {
 impl Certify<Distance> for Query<'_, Distance> {
     fn place(&self, workspace: &Workspace) -> Place<'_> {
         let most = self.asked.options.limit + self.margin();
-        let reach = workspace.search.interval.high().min(most);
+        let reach = workspace.state.distance.interval.high().min(most);
         Place::Still(&self.asked.b_in_a, reach)
     }
 }

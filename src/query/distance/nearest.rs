@@ -6,19 +6,19 @@
 //! child that seems closest, down to two triangles. It gives an upper bound to compare with, and
 //! leaves no other trace.
 //!
-//! Contacts ([`crate::query::contacts`]) are the distance question with a limit and without an interval
-//! that narrows: each pair within the limit goes to a list. The tests of triangle pairs are in
-//! [`crate::query::distance::closest_pairs`].
+//! [Contacts](crate::query::contacts) are the distance question with a limit and without an
+//! interval that narrows: each pair within the limit goes to a list. The tests of triangle pairs
+//! are in [`closest_pairs`](super::closest_pairs).
 
+use super::gaps::{Direction, Gaps};
+use super::interval::Interval;
+use super::search::{Bounded, DIVE, root};
 use crate::engine::boxes::relative_pose::RelativePose;
 use crate::engine::expand::{Keys, Sink, expand, key_of};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
 use crate::model::cost::WORK_PER_LOOKUP;
-use crate::query::distance::gaps::{Direction, Gaps};
-use crate::query::distance::interval::Interval;
-use crate::query::distance::search::{Bounded, DIVE, root};
 use crate::tree::WIDTH;
 use glam::DVec3;
 use punctual_geom::bits;
@@ -66,14 +66,15 @@ impl Visitor for Traversal<'_, '_, Nearness> {
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         if self
             .workspace
-            .search
+            .state
+            .distance
             .halves
             .is_due(self.workspace.run.stats.work)
             && !self.workspace.frontier.is_empty()
         {
             self.look_for_plane();
         }
-        let search = &mut self.workspace.search;
+        let search = &mut self.workspace.state.distance;
         match search.dive.take() {
             Some(pair) => Some((pair, Origin::Path)),
             None => self.workspace.frontier.pop(),
@@ -93,7 +94,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
                 gaps.least = self.workspace.frontier.popped_key();
                 if gaps.least >= gaps.cut {
                     self.workspace.run.stats.work += WORK_PER_LOOKUP;
-                    let dropped = &mut self.workspace.search.dropped;
+                    let dropped = &mut self.workspace.state.distance.dropped;
                     *dropped = dropped.min(gaps.least);
                     return;
                 }
@@ -106,7 +107,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
         }
         let trees = [self.a, self.b];
         expand(lanes, pair, trees, relative, &mut gaps, keys, self);
-        let search = &mut self.workspace.search;
+        let search = &mut self.workspace.state.distance;
         if self.origin != Origin::Path {
             // Every child that was dropped is at least as far apart as the cut.
             search.interval.pass_rest();
@@ -117,16 +118,16 @@ impl Visitor for Traversal<'_, '_, Nearness> {
 
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
-        let search = &self.workspace.search;
+        let search = &self.workspace.state.distance;
         search.is_due() || any && !search.is_done()
     }
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
-        if self.workspace.contacts.margin().is_some() && self.is_full() {
+        if self.workspace.state.contacts.margin().is_some() && self.is_full() {
             return Some(StopReason::PairsFull);
         }
-        let search = &mut self.workspace.search;
+        let search = &mut self.workspace.state.distance;
         if let Some(proposed) = search.proposed.pop() {
             self.consider(proposed);
         } else if !search.waiting.is_empty() {
@@ -134,7 +135,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
         } else if let Some(left) = search.put_off.pop() {
             self.consider(left);
         }
-        let search = &self.workspace.search;
+        let search = &self.workspace.state.distance;
         let last = self.workspace.frontier.is_empty();
         self.workspace.testing = search.is_due() || last && !search.is_done();
         search.interval.is_decided().then_some(StopReason::Finished)
@@ -173,7 +174,7 @@ impl Sink for Traversal<'_, '_, Nearness> {
 
     #[inline(always)]
     fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]) {
-        let search = &mut self.workspace.search;
+        let search = &mut self.workspace.state.distance;
         search.wait(hits, first, key);
         if search.is_diving {
             // One pair is enough for a guess, which proves nothing; all pairs are visited again.
@@ -194,10 +195,10 @@ impl Traversal<'_, '_, Nearness> {
         if self.origin == Origin::Path {
             if key < self.question.guess {
                 self.question.guess = key;
-                workspace.search.dive = Some(pair);
+                workspace.state.distance.dive = Some(pair);
             }
         } else if key > 0.0 || self.strategy.deepest_first {
-            let search = &mut workspace.search;
+            let search = &mut workspace.state.distance;
             let bucket = if self.strategy.deepest_first {
                 0
             } else {
@@ -217,7 +218,7 @@ impl Traversal<'_, '_, Nearness> {
     #[inline(never)]
     fn look_for_plane(&mut self) {
         let work = self.workspace.work();
-        let search = &mut self.workspace.search;
+        let search = &mut self.workspace.state.distance;
         let nearest = search.interval.nearest();
         let towards = || nearest.map_or(DVec3::ZERO, |(_, found)| -found.direction);
         let trees = [self.a, self.b];
@@ -225,10 +226,10 @@ impl Traversal<'_, '_, Nearness> {
         self.workspace.run.stats.work += taken;
         self.deadline.allow_for_long_step();
         if let Some(gap) = gap
-            && self.workspace.search.interval.know(gap)
+            && self.workspace.state.distance.interval.know(gap)
         {
             self.workspace.frontier.drop_all();
-            self.workspace.search.drop_all();
+            self.workspace.state.distance.drop_all();
         }
     }
 }

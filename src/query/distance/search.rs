@@ -1,9 +1,10 @@
 //! The state of a distance query: triangle pairs that wait, and the bound proven for everything
 //! left.
 
+use super::halves::Halves;
+use super::interval::Interval;
 use crate::engine::frontier::{BUCKETS, Frontier, Pair};
-use crate::query::distance::halves::Halves;
-use crate::query::distance::interval::Interval;
+use crate::engine::workspace::Workspace;
 use crate::tree::{Tree, WIDTH};
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
@@ -228,6 +229,13 @@ const BUCKET_BITS: u32 = 20;
 /// The distance of a key, rounded down.
 pub(crate) fn root(key: f32) -> f32 {
     libm::sqrtf(key.max(0.0)) * (1.0 - f32::EPSILON)
+}
+
+impl Workspace {
+    /// [`Search::bound`] of the distance query.
+    pub(crate) fn bound(&mut self, current: f32, unit: f64) {
+        self.state.distance.bound(&self.frontier, current, unit);
+    }
 }
 
 #[cfg(test)]

@@ -4,9 +4,9 @@ use core::array::from_fn;
 use core::cmp::Ordering;
 use std::vec::Vec;
 
+use super::closest_pairs::CLOSE;
 use crate::engine::boxes::relative_pose::RelativePose;
 use crate::mesh::Mesh;
-use crate::query::distance::closest_pairs::CLOSE;
 use crate::tree::{BuildOptions, Tree, WIDTH};
 use glam::{DMat3, DQuat, DVec3};
 use punctual_geom::Pose;

@@ -4,6 +4,8 @@
 //! Apart from the choice of the plan under a budget of time ([`Query::fits`]), nothing here runs
 //! inside a query. The caller asks when it wants to know ([`Query::remaining`] states the cost).
 
+use super::Intersection;
+use super::probe::Probe;
 use crate::engine::boxes::relative_pose::RelativePose;
 use crate::engine::frontier::Pair;
 use crate::engine::memory::PairMemory;
@@ -17,8 +19,6 @@ use crate::model::cost::{CostModel, Counts};
 use crate::model::frontier::FrontierSummary;
 use crate::model::prediction::{self, Quantiles};
 use crate::model::visits::pair_cost;
-use crate::query::intersection::Intersection;
-use crate::query::intersection::probe::Probe;
 use core::time::Duration;
 use punctual_geom::lanes::Instructions;
 use punctual_geom::nanoseconds;
@@ -189,9 +189,9 @@ impl Query<'_, Intersection> {
             bv_tests: run.stats.bv_tests as f64,
             triangle_tests: run.stats.primitive_tests as f64,
             found: run.stats.found as f64,
-            followed: workspace.trace.followed as f64,
-            passed: workspace.trace.passed as f64,
-            follows: workspace.trace.is_due(),
+            followed: workspace.state.intersection.trace.followed as f64,
+            passed: workspace.state.intersection.trace.passed as f64,
+            follows: workspace.state.intersection.trace.is_due(),
             triangle_pairs: (workspace.waiting.len() + workspace.uncertain.len()) as f64,
             ..FrontierSummary::default()
         };

@@ -1,18 +1,19 @@
 //! Contact-curve tracing: follows curves from one triangle pair to the next
-//! ([`trace`](crate::query::intersection::trace)).
+//! ([`trace`](super::trace)).
 //!
 //! Two ends are traced alternately, because each step waits for results of the step before.
 
+use super::known::Added;
+use super::meeting::Meeting;
+use super::state::IntersectionState;
+use super::trace::{Place, Trace, first, place};
 use crate::engine::traversal::Traversal;
-use crate::engine::triangle_pairs::ids;
+use crate::engine::triangles::ids;
 use crate::engine::workspace::Workspace;
 use crate::mesh::Vertices;
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_TRACE, WORK_PER_TRACE_BESIDE, WORK_PER_TRACE_STEP,
 };
-use crate::query::intersection::known::Added;
-use crate::query::intersection::meeting::Meeting;
-use crate::query::intersection::trace::{Place, Trace, first, place};
 use crate::tree::Tree;
 use punctual_geom::lanes::{D4, Kernel, Lanes, per_axis};
 
@@ -39,13 +40,13 @@ impl Traversal<'_, '_, Meeting<'_>> {
     pub(crate) fn march_on<L: Lanes>(&mut self, lanes: L) {
         let before = self.workspace.run.stats.work;
         lanes.run(MarchOn(self));
-        self.workspace.trace.work += self.workspace.run.stats.work - before;
+        self.workspace.state.intersection.trace.work += self.workspace.run.stats.work - before;
     }
 
     /// Begins at the latest hit, or traces two ends, or the last one, through a few pairs.
     #[inline(always)]
     fn trace<L: Lanes>(&mut self, lanes: L) {
-        let Trace { hits, ends, .. } = &self.workspace.trace;
+        let Trace { hits, ends, .. } = &self.workspace.state.intersection.trace;
         if !(ends[0].follows && ends[1].follows || hits.is_empty()) {
             return self.begin_march(lanes);
         }
@@ -53,7 +54,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let other = usize::from(ends[0].follows && ends[1].follows);
         for _ in 0..self.room().min(STEPS) {
             if !self.march_step(lanes, at & 1) {
-                self.workspace.trace.ends[at & 1].follows = false;
+                self.workspace.state.intersection.trace.ends[at & 1].follows = false;
                 break;
             }
             at ^= other;
@@ -64,12 +65,12 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// free.
     #[inline(always)]
     fn begin_march<L: Lanes>(&mut self, lanes: L) {
-        let Some((pair, mut crossings)) = self.workspace.trace.hits.pop() else {
+        let Some((pair, mut crossings)) = self.workspace.state.intersection.trace.hits.pop() else {
             return;
         };
         let mut placed = None;
         for free in 0..2 {
-            if self.workspace.trace.ends[free].follows {
+            if self.workspace.state.intersection.trace.ends[free].follows {
                 continue;
             }
             let Some((side, edge)) = self.next_edge(pair, &mut crossings) else {
@@ -77,23 +78,33 @@ impl Traversal<'_, '_, Meeting<'_>> {
             };
             if let Some(placed) = placed.replace(free) {
                 self.workspace.run.stats.work += WORK_PER_TRACE_BESIDE;
-                self.workspace.trace.ends[free] = self.workspace.trace.ends[placed].clone();
+                self.workspace.state.intersection.trace.ends[free] =
+                    self.workspace.state.intersection.trace.ends[placed].clone();
             } else {
                 self.workspace.run.stats.work += WORK_PER_TRACE;
                 self.place_end(lanes, free, pair);
             }
-            let end = &mut self.workspace.trace.ends[free];
+            let end = &mut self.workspace.state.intersection.trace.ends[free];
             end.follows = end.curve.begin(lanes, side, edge);
         }
         if crossings != 0 {
-            let _ = self.workspace.trace.hits.try_push((pair, crossings));
+            let _ = self
+                .workspace
+                .state
+                .intersection
+                .trace
+                .hits
+                .try_push((pair, crossings));
         }
     }
 
     /// Places an end at a pair.
     #[inline(always)]
     fn place_end<L: Lanes>(&mut self, lanes: L, end: usize, pair: [u32; 2]) {
-        let (trees, trace) = ([self.a, self.b], &mut self.workspace.trace);
+        let (trees, trace) = (
+            [self.a, self.b],
+            &mut self.workspace.state.intersection.trace,
+        );
         trace.places[1] = place(self.b_in_a);
         let [of_a, of_b] =
             trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
@@ -123,7 +134,14 @@ impl Traversal<'_, '_, Meeting<'_>> {
             };
             let mut next = pair;
             next[side] = across;
-            if !self.workspace.trace.known.has(first(trees, next), next) {
+            if !self
+                .workspace
+                .state
+                .intersection
+                .trace
+                .known
+                .has(first(trees, next), next)
+            {
                 return Some((side, edge));
             }
         }
@@ -134,13 +152,13 @@ impl Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn march_step<L: Lanes>(&mut self, lanes: L, at: usize) -> bool {
         let trees = [self.a, self.b];
-        let Workspace {
+        let Workspace { run, state, .. } = &mut *self.workspace;
+        let IntersectionState {
             trace,
-            run,
             found,
             sample,
             ..
-        } = &mut *self.workspace;
+        } = &mut state.intersection;
         let end = &mut trace.ends[at];
         let (side, edge) = end.curve.crosses();
         run.stats.work += WORK_PER_TRACE_STEP;
@@ -172,7 +190,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
 impl Workspace {
     /// Removes, from the triangle pairs that wait or are in doubt, those that are known.
     pub(crate) fn drop_known(&mut self, trees: [&Tree; 2]) {
-        let trace = &mut self.trace;
+        let trace = &mut self.state.intersection.trace;
         let mut is_new = |&mut pair: &mut [u32; 2]| {
             let is_known = trace.knows(trees, pair);
             trace.passed += u64::from(is_known);

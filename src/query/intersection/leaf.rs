@@ -1,17 +1,18 @@
 //! Tests of triangle pairs: eight at a time in the fast filter, those in doubt one at a time in the
 //! exact test.
 
-use crate::engine::corners::Corners;
+use super::meeting::Meeting;
 use crate::engine::options::Mode;
 use crate::engine::traversal::Traversal;
-use crate::engine::triangle_pairs::{ids, is_full, pop_batch, rows};
+use crate::engine::triangles::corners::Corners;
+use crate::engine::triangles::{ids, is_full, pop_batch, rows};
 use crate::engine::workspace::{Run, Workspace};
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
 };
 use crate::query::contacts::contact::{Contact, face_normal};
-use crate::query::intersection::meeting::Meeting;
 use crate::query::manifolds::manifold::Shape;
+use crate::query::manifolds::state::ManifoldState;
 use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
@@ -52,22 +53,23 @@ impl Traversal<'_, '_, Meeting<'_>> {
             || !waiting.is_empty() && workspace.frontier.is_empty()
             || is_full(waiting);
         // Once nothing is left, every pair that a curve could lead to is known.
-        pays || !workspace.uncertain.is_empty() || workspace.trace.is_due() && !workspace.is_done()
+        pays || !workspace.uncertain.is_empty()
+            || workspace.state.intersection.trace.is_due() && !workspace.is_done()
     }
 
     /// True if hits are contacts. Then hits also go through the exact test, which gives the segment
     /// in which the triangles intersect.
     #[inline(always)]
     fn looks_for_contacts(&self) -> bool {
-        self.workspace.contacts.margin().is_some()
+        self.workspace.state.contacts.margin().is_some()
     }
 
     /// Number of further pairs that could be reported.
     #[inline(always)]
     pub(crate) fn room(&self) -> usize {
-        let found = &self.workspace.found;
+        let found = &self.workspace.state.intersection.found;
         if self.looks_for_contacts() {
-            return usize::from(!self.workspace.contacts.is_full()) * WIDTH;
+            return usize::from(!self.workspace.state.contacts.is_full()) * WIDTH;
         }
         self.question.options.pair_limit.min(found.capacity()) - found.len()
     }
@@ -112,13 +114,13 @@ impl Traversal<'_, '_, Meeting<'_>> {
     fn look_for_plane(&mut self, pair: [u32; 2]) -> bool {
         let (trees, b_in_a) = ([self.a, self.b], self.b_in_a);
         let Workspace {
-            search,
             corners,
             run: Run { stats, .. },
+            state,
             ..
         } = &mut *self.workspace;
         let (halves, work) = (
-            search.halves(trees),
+            state.distance.halves(trees),
             stats.exact_tests * WORK_PER_EXACT_TEST,
         );
         if stats.found > 0 || !halves.is_due(work) {
@@ -145,21 +147,25 @@ impl Traversal<'_, '_, Meeting<'_>> {
     fn test_exactly(&mut self, pair: [u32; 2]) {
         let trees = [self.a, self.b];
         let Workspace {
-            overlaps,
-            contacts,
-            reduction,
             corners,
             run: Run { stats, .. },
+            state,
             ..
         } = &mut *self.workspace;
+        let (contacts, manifolds) = (&mut state.contacts, &mut state.manifolds);
         let of_pair @ [a, b] = Corners::of_pair(corners, trees, self.b_in_a, pair);
         // The only step whose time varies a hundredfold.
         self.deadline.allow_for_long_step();
-        if reduction.is_on {
+        if manifolds.reduction.is_on {
             let shape = Shape {
                 trees,
                 b_in_a: self.b_in_a,
             };
+            let ManifoldState {
+                reduction,
+                overlaps,
+                ..
+            } = manifolds;
             if !reduction.take_near(shape, pair, of_pair, overlaps, contacts, stats) {
                 self.workspace.uncertain.push(pair);
             }
@@ -193,14 +199,22 @@ impl Traversal<'_, '_, Meeting<'_>> {
             workspace.frontier.end_ranking();
         }
         if self.strategy.trace.goes_on()
-            && !workspace.trace.note([self.a, self.b], pair, crossings())
+            && !workspace
+                .state
+                .intersection
+                .trace
+                .note([self.a, self.b], pair, crossings())
         {
             return;
         }
         let ids = ids([self.a, self.b], pair);
-        workspace.sample.note(pair, workspace.run.stats.found);
+        workspace
+            .state
+            .intersection
+            .sample
+            .note(pair, workspace.run.stats.found);
         workspace.run.stats.found += 1;
         workspace.run.witness.get_or_insert(ids);
-        workspace.found.push(ids);
+        workspace.state.intersection.found.push(ids);
     }
 }

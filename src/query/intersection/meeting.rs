@@ -1,8 +1,8 @@
-//! Intersection of two surfaces: how the traversal handles node pairs. [`leaf`](crate::query::intersection::leaf) has
+//! Intersection of two surfaces: how the traversal handles node pairs. [`leaf`](super::leaf) has
 //! its triangle tests.
 //!
 //! Overlapping boxes are of interest, deepest first. Triangle pairs found along a curve
-//! ([`trace`](crate::query::intersection::trace)) before the frontier reaches them are not tested again.
+//! ([`trace`](super::trace)) before the frontier reaches them are not tested again.
 
 use crate::engine::boxes::overlap::Overlap;
 use crate::engine::expand::{Keys, Sink, expand, key_of};
@@ -12,7 +12,7 @@ use crate::engine::options::{Mode, Options};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::strategy::Tracing;
 use crate::engine::traversal::{Traversal, Visitor};
-use crate::engine::triangle_pairs::push_all;
+use crate::engine::triangles::push_all;
 use crate::engine::workspace::Workspace;
 use crate::model::cost::WORK_PER_LOOKUP;
 use crate::tree::{Node, Tree, WIDTH};
@@ -61,7 +61,7 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
             return Some(StopReason::PairsFull);
         }
         self.end_march();
-        if self.workspace.trace.is_due() {
+        if self.workspace.state.intersection.trace.is_due() {
             self.march_on(lanes);
         } else {
             self.test_triangles(lanes);
@@ -128,16 +128,17 @@ impl Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn end_march(&mut self) {
         let Workspace {
-            trace,
             run,
             frontier,
+            state,
             ..
         } = &*self.workspace;
         if let Tracing::Within(work_per_pair) = self.strategy.trace
             && run.stats.found > 0
-            && run.stats.work - trace.work > work_per_pair * frontier.len() as u64
+            && run.stats.work - state.intersection.trace.work
+                > work_per_pair * frontier.len() as u64
         {
-            self.workspace.trace.stop();
+            self.workspace.state.intersection.trace.stop();
             self.strategy.trace = Tracing::Over;
             self.workspace.run.strategy = self.strategy;
             self.workspace.drop_known([self.a, self.b]);
@@ -170,7 +171,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
     fn witnesses_below(&self, pair: Pair, among: u16) -> u16 {
         let [a, b] = nodes([self.a, self.b], pair);
         bits(among).fold(0, |below, i| {
-            let [x, y] = self.workspace.witnesses[i].map(|triangle| triangle as usize);
+            let [x, y] =
+                self.workspace.state.intersection.witnesses[i].map(|triangle| triangle as usize);
             let leads = a.triangle_range().contains(&x) && b.triangle_range().contains(&y);
             below | u16::from(leads) << i
         })
@@ -245,10 +247,10 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
     fn triangles(&mut self, mut hits: u64, depth: impl Fn(usize) -> f32, first: [u32; 2]) {
         if self.strategy.trace != Tracing::Never
             && hits != 0
-            && !self.workspace.trace.known.is_empty()
+            && !self.workspace.state.intersection.trace.known.is_empty()
         {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            hits = self.workspace.trace.pass(hits, first);
+            hits = self.workspace.state.intersection.trace.pass(hits, first);
         }
         if self.strategy.ranks() && hits.count_ones() as usize > WIDTH {
             let deeper = deeper(hits, depth);

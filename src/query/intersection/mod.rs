@@ -1,7 +1,7 @@
 //! Intersection of two surfaces, any or all pairs: the question, and how a run of it begins and
 //! continues.
 //!
-//! The traversal of its node pairs is in [`meeting`](crate::query::intersection::meeting).
+//! The traversal of its node pairs is in [`meeting`].
 
 pub(crate) mod estimate;
 mod follow;
@@ -12,6 +12,7 @@ pub(crate) mod meeting;
 #[cfg(feature = "internals")]
 pub(crate) mod opened;
 mod probe;
+pub(crate) mod state;
 pub(crate) mod trace;
 
 use crate::engine::boxes::relative_pose::RelativePose;
@@ -26,13 +27,12 @@ use crate::engine::outcome::{StopReason, Verdict};
 use crate::engine::question::{Ask, Certify, Query, Question, Remembers};
 use crate::engine::strategy::{Plan, Strategy, WarmStart};
 use crate::engine::traversal::traverse;
-use crate::engine::workspace::Containment;
-use crate::engine::workspace::{Asked, Key, Workspace};
+use crate::engine::workspace::{Asked, Containment, Key, Workspace};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
 use crate::model::prediction::Quantiles;
-use crate::query::intersection::meeting::Meeting;
 use crate::tree::{Tree, WIDTH};
+use meeting::Meeting;
 use punctual_geom::{Pose, nanoseconds};
 
 /// Asks whether, or where, two surfaces intersect at a pose ([`Query::intersection`],
@@ -167,7 +167,11 @@ impl<'t> Query<'t, Intersection> {
         let witnesses = remembered.map_or(&[][..], PairMemory::witnesses);
         match strategy.warm_start {
             WarmStart::None => {}
-            WarmStart::Paths => workspace.witnesses.extend(witnesses.iter().copied()),
+            WarmStart::Paths => workspace
+                .state
+                .intersection
+                .witnesses
+                .extend(witnesses.iter().copied()),
             WarmStart::Witnesses => {
                 // Queued like other triangle pairs, so they are tested first.
                 let latest = &witnesses[..witnesses.len().min(WITNESSES)];
@@ -182,7 +186,7 @@ impl<'t> Query<'t, Intersection> {
         if are_apart || self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
-        let paths = (1u32 << workspace.witnesses.len()) - 1;
+        let paths = (1u32 << workspace.state.intersection.witnesses.len()) - 1;
         if workspace.frontier.follow(Pair::new(0, 0), paths as u16) {
             // The root is on a path.
         } else if strategy.queue.is_some() {

@@ -1,9 +1,9 @@
 //! The node pairs that a complete run opens, for studies of the order of visits. They are the same
 //! in every order.
 
+use super::probe::Children;
 use crate::engine::boxes::relative_pose::RelativePose;
 use crate::engine::frontier::Pair;
-use crate::query::intersection::probe::Children;
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use punctual_geom::lanes::{Instructions, Kernel, Lanes};

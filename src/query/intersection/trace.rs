@@ -5,14 +5,14 @@
 //! the other triangle too. So each hit of the triangle tests has ends from which the curve is
 //! traced ([`Curve`]), pair by pair. Tracing ends at a known pair, at the border of a surface, or
 //! where its continuation is uncertain. The pairs found are reported at once, and not tested when
-//! the traversal reaches them ([`known`](crate::query::intersection::known)). The traversal still goes everywhere, so
+//! the traversal reaches them ([`known`](super::known)). The traversal still goes everywhere, so
 //! the answer does not depend on the tracing. A step costs more than the test that it saves, and is
 //! worth more the earlier it finds a pair. So a run traces curves only in its first part
 //! ([`Tracing`](crate::engine::strategy::Tracing)).
 //!
-//! This module holds the waiting hits and ends; the steps are in [`follow`](crate::query::intersection::follow).
+//! This module holds the waiting hits and ends; the steps are in [`follow`](super::follow).
 
-use crate::query::intersection::known::{Added, Known};
+use super::known::{Added, Known};
 use crate::tree::Tree;
 use arrayvec::ArrayVec;
 use punctual_geom::Pose;

@@ -1,30 +1,33 @@
 //! Contact manifolds of two meshes: the contacts within a skin, reduced while they are found, and
 //! the overlaps of surfaces that meet.
 //!
-//! The search is that of the contacts ([`contacts`](crate::query::contacts)); what it finds goes to a
-//! [`Reduction`](crate::query::manifolds::overlaps::Reduction) instead of a list. Pairs that intersect are kept for
-//! the overlaps ([`overlaps`](crate::engine::boxes::overlap)), which follow in the same run.
+//! The search is that of the [contacts](crate::query::contacts); what it finds goes to a
+//! [`Reduction`](overlaps::Reduction) instead of a list. Pairs that intersect are kept for the
+//! [`overlaps`], which follow in the same run.
 
 pub(crate) mod manifold;
 pub(crate) mod overlaps;
+pub(crate) mod state;
 
 use crate::engine::deadline::Deadline;
 use crate::engine::deadline::budget::Budget;
 use crate::engine::memory::PairMemory;
+use crate::engine::memory::identity::{Before, ManifoldMemory};
 use crate::engine::memory::told::Sought;
 use crate::engine::options::{ContactOptions, OptionError};
 use crate::engine::outcome::Operand;
 use crate::engine::outcome::StopReason;
 use crate::engine::question::{Ask, Query, Question, Remembers};
-use crate::engine::workspace::Containment;
-use crate::engine::workspace::{Asked, Key, Workspace};
+use crate::engine::workspace::{Asked, Containment, Key, Workspace};
 use crate::model::cost::{WORK_PER_RAY, WORK_PER_RAY_TEST};
 use crate::model::listing::manifolds_left;
 use crate::model::prediction::Quantiles;
-use crate::query::manifolds::manifold::{Before, Manifold, ManifoldMemory, Shape, number};
+use crate::query::state::State;
 use crate::tree::Tree;
 use core::mem;
+use manifold::{Manifold, Shape, number};
 use punctual_geom::Pose;
+use state::ManifoldState;
 
 /// Asks for the contact manifolds of two surfaces ([`Query::manifolds`]): what a solver needs to
 /// keep two bodies apart.
@@ -163,7 +166,7 @@ impl<'t> Query<'t, Manifolds> {
         if let Some(reason) = deadline.stop(workspace.work()) {
             return reason;
         }
-        let inner = workspace.overlaps.inner(self.shape(), to_b);
+        let inner = workspace.state.manifolds.overlaps.inner(self.shape(), to_b);
         workspace.run.containment = Containment::Known(inner);
         workspace.run.stats.work += 2 * (WORK_PER_RAY + 2 * WORK_PER_RAY_TEST);
         deadline.end(workspace.work());
@@ -182,11 +185,16 @@ impl<'t> Query<'t, Manifolds> {
         to_b: &Pose,
         stop: StopReason,
     ) {
-        let mut all = mem::take(&mut workspace.manifolds);
+        let mut all = mem::take(&mut workspace.state.manifolds.list);
         all.clear();
-        all.extend_from_slice(workspace.overlaps.manifolds());
+        all.extend_from_slice(workspace.state.manifolds.overlaps.manifolds());
         let before = Before::new(memory.as_deref(), to_b, self.size());
-        workspace.reduction.skin.tell(&mut all, before);
+        workspace
+            .state
+            .manifolds
+            .reduction
+            .skin
+            .tell(&mut all, before);
         number(&mut all);
         // A stable sort would allocate.
         all.sort_unstable_by(|x: &Manifold, y| {
@@ -196,7 +204,7 @@ impl<'t> Query<'t, Manifolds> {
             Some(memory) => memory.assign(&mut all, to_b, self.size(), stop.is_final()),
             None => number(&mut all),
         }
-        workspace.manifolds = all;
+        workspace.state.manifolds.list = all;
     }
 }
 
@@ -212,12 +220,16 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget) {
         self.contacts_question().begin(workspace, memory, budget);
         workspace.run.key = Some(self.key());
-        let Workspace {
-            reduction,
-            overlaps,
+        let State {
             contacts,
+            manifolds:
+                ManifoldState {
+                    reduction,
+                    overlaps,
+                    ..
+                },
             ..
-        } = workspace;
+        } = &mut workspace.state;
         let width = self.asked.options.margin;
         reduction.begin(width, self.size(), self.shape(), overlaps);
         overlaps.reserve(contacts.capacity());
@@ -229,22 +241,22 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         mut memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let is_new = mem::replace(&mut workspace.reduction.is_new, false);
+        let is_new = mem::replace(&mut workspace.state.manifolds.reduction.is_new, false);
         let known = memory
             .as_deref_mut()
             .map(|memory| memory.manifolds([self.a, self.b], is_new));
         let to_b = self.asked.b_in_a.inverse_unchecked();
         let mut stop = StopReason::Finished;
-        if !workspace.reduction.is_listed {
+        if !workspace.state.manifolds.reduction.is_listed {
             stop = self.contacts_question().advance(workspace, None, deadline);
-            workspace.reduction.is_listed = stop.is_final();
+            workspace.state.manifolds.reduction.is_listed = stop.is_final();
         }
-        if stop.is_final() && !workspace.overlaps.is_done() {
+        if stop.is_final() && !workspace.state.manifolds.overlaps.is_done() {
             let before = Before::new(known.as_deref(), &to_b, self.size());
             stop = overlaps::advance(self.shape(), before, workspace, deadline);
         }
         if stop == StopReason::Finished && self.may_contain() {
-            stop = if workspace.overlaps.meets() {
+            stop = if workspace.state.manifolds.overlaps.meets() {
                 self.find_inner(&to_b, workspace, deadline)
             } else {
                 self.ask_containment(&self.asked.b_in_a, workspace, deadline)
@@ -264,15 +276,15 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
     }
 
     fn answer(&self, workspace: &Workspace, stop: StopReason) -> ManifoldBounds {
-        let meets = workspace.overlaps.meets();
+        let meets = workspace.state.manifolds.overlaps.meets();
         let low = if stop.is_final() {
             f64::INFINITY
-        } else if meets || workspace.overlaps.is_open() {
+        } else if meets || workspace.state.manifolds.overlaps.is_open() {
             0.0
         } else {
-            workspace.search.interval.low()
+            workspace.state.distance.interval.low()
         };
-        let nearest = workspace.reduction.nearest;
+        let nearest = workspace.state.manifolds.reduction.nearest;
         let ids = |[x, y]: [u32; 2]| [self.a.ids()[x as usize], self.b.ids()[y as usize]];
         ManifoldBounds {
             low,

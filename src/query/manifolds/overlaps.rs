@@ -20,7 +20,9 @@
 mod depth;
 mod inset;
 
+use super::manifold::{Manifold, Octagon, Shape, Skin};
 use crate::engine::deadline::Deadline;
+use crate::engine::memory::identity::Before;
 use crate::engine::outcome::Operand;
 use crate::engine::outcome::Stats;
 use crate::engine::outcome::StopReason;
@@ -32,7 +34,6 @@ use crate::model::cost::{
 };
 use crate::query::contacts::contact::{Contact, directed, face_normal};
 use crate::query::contacts::list::ContactList;
-use crate::query::manifolds::manifold::{Before, Manifold, Octagon, Shape, Skin};
 use crate::query::points::contained::may_hold;
 use crate::query::rays::cast_alone;
 use crate::query::rays::state::RayHit;
@@ -616,7 +617,7 @@ pub(crate) fn advance(
     workspace: &mut Workspace,
     deadline: &mut Deadline,
 ) -> StopReason {
-    let mut state = mem::take(&mut workspace.overlaps);
+    let mut state = mem::take(&mut workspace.state.manifolds.overlaps);
     let stop = loop {
         if state.is_done() {
             break StopReason::Finished;
@@ -633,7 +634,7 @@ pub(crate) fn advance(
             break reason;
         }
     };
-    workspace.overlaps = state;
+    workspace.state.manifolds.overlaps = state;
     stop
 }
 

@@ -25,7 +25,7 @@ use crate::engine::outcome::StopReason;
 use crate::engine::question::{Ask, Certify, Query, Question, Remembers};
 use crate::engine::strategy::Strategy;
 use crate::engine::traversal::traverse;
-use crate::engine::triangle_pairs::ids;
+use crate::engine::triangles::ids;
 use crate::engine::workspace::{Asked, Key, Workspace};
 use crate::model::cost::WORK_PER_SUBSTEP;
 use crate::model::prediction::Quantiles;
@@ -166,6 +166,7 @@ impl<'t> Query<'t, Impact> {
     #[doc(hidden)]
     pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace
+            .state
             .motion
             .contact()
             .map_or(f64::INFINITY, |contact| contact.distance)
@@ -225,19 +226,19 @@ impl<'t> Query<'t, Impact> {
         workspace: &mut Workspace,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let substep = relative_motion.substep(workspace.motion.substep);
+        let substep = relative_motion.substep(workspace.state.motion.substep);
         let trees = [self.a, self.b];
         if relative_motion.is_clear(&substep, trees, self.asked.options.margin) {
             workspace.frontier.clear();
-            workspace.search.clear();
-            workspace.motion.followed = None;
+            workspace.state.distance.clear();
+            workspace.state.motion.followed = None;
             deadline.begin(workspace.work());
             let stop = deadline.stop(workspace.work());
             if stop.is_none() {
                 workspace.run.stats.work += WORK_PER_SUBSTEP;
-                workspace.motion.bound(
+                workspace.state.motion.bound(
                     &workspace.frontier,
-                    &workspace.search,
+                    &workspace.state.distance,
                     &substep,
                     f32::INFINITY,
                 );
@@ -253,7 +254,7 @@ impl<'t> Query<'t, Impact> {
             margin: self.asked.options.margin,
         };
         let glide = glide(&setting, &relative, self.a.unit().origin);
-        let question = Sweep::new(setting, &workspace.motion, &glide);
+        let question = Sweep::new(setting, &workspace.state.motion, &glide);
         let stop = traverse(
             question,
             trees,
@@ -262,9 +263,9 @@ impl<'t> Query<'t, Impact> {
             workspace,
             deadline,
         );
-        workspace.motion.bound(
+        workspace.state.motion.bound(
             &workspace.frontier,
-            &workspace.search,
+            &workspace.state.distance,
             &substep,
             f32::INFINITY,
         );
@@ -282,7 +283,7 @@ impl Ask<Impact> for Query<'_, Impact> {
     }
 
     fn is_in(&self, workspace: &Workspace) -> bool {
-        workspace.motion.options == Some(self.asked.options)
+        workspace.state.motion.options == Some(self.asked.options)
     }
 
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, _: Budget) {
@@ -295,13 +296,13 @@ impl Ask<Impact> for Query<'_, Impact> {
         } else {
             memory.map_or(0.0, |memory| self.clear_until(relative_motion, memory))
         };
-        workspace.motion.begin(
+        workspace.state.motion.begin(
             &self.asked.options,
             self.tolerance_in_time(relative_motion),
             free_until,
         );
-        workspace.motion.substep = relative_motion.piece_at(free_until);
-        if workspace.motion.substep < relative_motion.substeps {
+        workspace.state.motion.substep = relative_motion.piece_at(free_until);
+        if workspace.state.motion.substep < relative_motion.substeps {
             workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
     }
@@ -319,21 +320,21 @@ impl Ask<Impact> for Query<'_, Impact> {
             return stop;
         }
         let mut stop = StopReason::Finished;
-        while workspace.motion.substep < relative_motion.substeps {
+        while workspace.state.motion.substep < relative_motion.substeps {
             stop = self.spend_on_piece(relative_motion, workspace, deadline);
-            if !stop.is_final() || workspace.motion.contact().is_some() {
+            if !stop.is_final() || workspace.state.motion.contact().is_some() {
                 break;
             }
-            workspace.motion.substep += 1;
-            if workspace.motion.substep < relative_motion.substeps {
+            workspace.state.motion.substep += 1;
+            if workspace.state.motion.substep < relative_motion.substeps {
                 workspace.begin_piece(None);
             }
         }
-        if workspace.motion.substep == relative_motion.substeps {
-            workspace.motion.end();
+        if workspace.state.motion.substep == relative_motion.substeps {
+            workspace.state.motion.end();
         }
         if let Some(memory) = memory {
-            let contact = workspace.motion.contact();
+            let contact = workspace.state.motion.contact();
             let work = stop.is_final().then_some(workspace.work());
             memory.remember_motion(self.a, self.b, contact.map(|contact| contact.pair), work);
             memory.learn(Sought::Motion, workspace, workspace.work(), stop.is_final());
@@ -342,7 +343,7 @@ impl Ask<Impact> for Query<'_, Impact> {
     }
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> TimeOfImpact {
-        let state = &workspace.motion;
+        let state = &workspace.state.motion;
         let within = workspace.run.containment.inner();
         if self.is_open_in(workspace) {
             return TimeOfImpact {
@@ -362,7 +363,7 @@ impl Ask<Impact> for Query<'_, Impact> {
     }
 
     fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
-        let state = &workspace.motion;
+        let state = &workspace.state.motion;
         let touching_at = state.contact().map(|contact| contact.time);
         let passing = self.passing(workspace.work(), state.free_until(), touching_at);
         (self.work_left(&passing, memory), None)
@@ -380,7 +381,7 @@ impl Workspace {
     /// in it.
     fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
         self.frontier.clear();
-        self.search.begin_pairs(guess.map(|pair| Bounded {
+        self.state.distance.begin_pairs(guess.map(|pair| Bounded {
             pair,
             low: f32::NEG_INFINITY,
         }));

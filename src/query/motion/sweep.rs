@@ -14,7 +14,7 @@ use crate::engine::expand::{Keys, Sink, expand};
 use crate::engine::frontier::{Frontier, Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
-use crate::engine::triangle_pairs::rows;
+use crate::engine::triangles::rows;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_WINDOW,
     WORK_PER_WINDOW_TEST,
@@ -76,13 +76,16 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
                     // All others that wait reach the cut too.
                     workspace.frontier.clear_queue();
                 }
-                return workspace.motion.pass(question.setting.substep.time(least));
+                return workspace
+                    .state
+                    .motion
+                    .pass(question.setting.substep.time(least));
             }
             // A pair that the full queue puts on the stack loses its bound.
             if workspace.frontier.room() < WIDTH * WIDTH {
-                workspace.motion.bound(
+                workspace.state.motion.bound(
                     &workspace.frontier,
-                    &workspace.search,
+                    &workspace.state.distance,
                     question.setting.substep,
                     least,
                 );
@@ -91,7 +94,7 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
         let trees = [self.a, self.b];
         let mut children = Children {
             frontier: &mut workspace.frontier,
-            search: &mut workspace.search,
+            search: &mut workspace.state.distance,
             stats: &mut workspace.run.stats,
         };
         let sink = &mut children;
@@ -104,24 +107,24 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
         let workspace = &*self.workspace;
-        let left = workspace.search.waiting.len();
+        let left = workspace.state.distance.waiting.len();
         left >= WIDTH
             || any
                 && (left > 0
-                    || !workspace.search.proposed.is_empty()
-                    || workspace.motion.followed.is_some())
+                    || !workspace.state.distance.proposed.is_empty()
+                    || workspace.state.motion.followed.is_some())
     }
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
         let workspace = &mut *self.workspace;
-        if let Some(followed) = workspace.motion.followed.take() {
+        if let Some(followed) = workspace.state.motion.followed.take() {
             self.follow(followed);
         } else {
             self.test_batch(lanes);
         }
         let workspace = &mut *self.workspace;
-        let (search, state) = (&workspace.search, &workspace.motion);
+        let (search, state) = (&workspace.state.distance, &workspace.state.motion);
         let last = workspace.frontier.is_empty() && !search.waiting.is_empty();
         workspace.testing = state.followed.is_some()
             || !search.proposed.is_empty()
@@ -137,7 +140,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// each eighth of the substep for that pair.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
-        let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
+        let (search, state) = (
+            &mut self.workspace.state.distance,
+            &mut self.workspace.state.motion,
+        );
         let (substep, cut) = (self.question.setting.substep, &self.question.cut);
         let (relative, glide) = (self.relative, self.question.glide);
         let first = search.proposed.pop();
@@ -180,7 +186,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 if from < until {
                     let followed =
                         Followed::new(pair, [from, until], substep.length() / WIDTH as f64);
-                    self.workspace.motion.followed = Some(followed);
+                    self.workspace.state.motion.followed = Some(followed);
                 }
             }
             None => self.propose(&pairs[..count], &keys, &enter, active),
@@ -192,10 +198,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// So the result is never less than what an earlier, stopped call has proven.
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
-        if self.workspace.motion.contact().is_some() {
+        if self.workspace.state.motion.contact().is_some() {
             let time = larger_known(self.question.cut, known);
             let time = self.question.setting.substep.time(time);
-            self.workspace.motion.pass(time);
+            self.workspace.state.motion.pass(time);
         }
     }
 
@@ -215,19 +221,19 @@ impl Traversal<'_, '_, Sweep<'_>> {
             })
             .collect();
         proposed.sort_unstable_by(|x, y| y.low.total_cmp(&x.low).then(y.pair.cmp(&x.pair)));
-        self.workspace.search.proposed = proposed;
+        self.workspace.state.distance.proposed = proposed;
     }
 
     /// Advances a pair by one step.
     #[inline(never)]
     fn follow(&mut self, followed: Followed) {
-        let state = &mut self.workspace.motion;
+        let state = &mut self.workspace.state.motion;
         if !state.matters(followed.from) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return state.pass(followed.from);
         }
         self.deadline.allow_for_long_step();
-        self.workspace.motion.followed = match followed.phase {
+        self.workspace.state.motion.followed = match followed.phase {
             Phase::Contact(moment) => self.look_for_contact(followed, moment),
             Phase::Window | Phase::Direction => self.narrow(followed),
         };
@@ -249,7 +255,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
             ..
         } = self.question.setting;
         let tolerance = self.question.tolerance;
-        let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
+        let (stats, state) = (
+            &mut self.workspace.run.stats,
+            &mut self.workspace.state.motion,
+        );
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (
             of_a.of(self.a, pair[0], |v| v),
@@ -329,7 +338,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
             ..
         } = self.question.setting;
         let tolerance = self.question.tolerance;
-        let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
+        let (stats, state) = (
+            &mut self.workspace.run.stats,
+            &mut self.workspace.state.motion,
+        );
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (
             of_a.of(self.a, pair[0], |v| v),
@@ -350,7 +362,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 pair,
                 distance,
             });
-            self.question.cut = self.question.setting.cut(&self.workspace.motion);
+            self.question.cut = self.question.setting.cut(&self.workspace.state.motion);
             return None;
         }
         followed.phase = match moment {

@@ -2,20 +2,18 @@
 //!
 //! Where surfaces do not meet, each component of a solid is inside the other or outside as a whole,
 //! so one vertex of each decides. A vertex inside proves that the solids meet whether or not their
-//! surfaces do. The vertices are points of [`crate::query::points`], asked within the run of the pair.
+//! surfaces do. The vertices are points of [`points`](super), asked within the run of the pair.
 //!
 //! Only closed solids contain something. A vertex outside of the other mesh's box takes no ray.
 
+use super::{Locate, Source, begin_samples};
 use crate::engine::boxes::flushing;
 use crate::engine::boxes::relative_pose::RelativePose;
 use crate::engine::deadline::Deadline;
-use crate::engine::outcome::Operand;
-use crate::engine::outcome::StopReason;
+use crate::engine::outcome::{Operand, StopReason};
 use crate::engine::question::Query;
 use crate::engine::traversal::traverse;
-use crate::engine::workspace::Containment;
-use crate::engine::workspace::Workspace;
-use crate::query::points::{Locate, Source, begin_samples};
+use crate::engine::workspace::{Containment, Workspace};
 use crate::tree::Tree;
 use core::mem;
 use punctual_geom::Pose;
@@ -85,7 +83,7 @@ impl<Q> Query<'_, Q> {
             let source = Source::Samples { inner, is_b };
             let tests = mem::replace(
                 &mut workspace.testing,
-                !workspace.points.uncertain.is_empty(),
+                !workspace.state.points.uncertain.is_empty(),
             );
             let question = Locate { source };
             let trees = [outer; 2];
@@ -101,7 +99,7 @@ impl<Q> Query<'_, Q> {
             if !stop.is_final() {
                 return stop;
             }
-            if workspace.points.is_within {
+            if workspace.state.points.is_within {
                 let inner = if is_b { Operand::B } else { Operand::A };
                 workspace.run.containment = Containment::Known(Some(inner));
             } else {

@@ -22,8 +22,8 @@ use crate::engine::traversal::traverse;
 use crate::engine::workspace::{Asked, Key, Workspace};
 use crate::model::batch::{Batch, points_left};
 use crate::model::prediction::Quantiles;
-use crate::query::points::contained::may_hold;
 use crate::tree::Tree;
+use contained::may_hold;
 use core::{fmt, slice};
 use glam::DVec3;
 use punctual_geom::Pose;
@@ -248,7 +248,7 @@ impl Ask<AtPoint> for Query<'_, AtPoint> {
     }
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> PointBounds {
-        match workspace.points.found.first() {
+        match workspace.state.points.found.first() {
             Some(&bounds) => bounds,
             None => workspace.point_bounds(self.a, false),
         }
@@ -305,7 +305,7 @@ impl<'p> Ask<AtPoints<'p>> for Query<'_, AtPoints<'p>> {
     }
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> usize {
-        workspace.points.found.len()
+        workspace.state.points.found.len()
     }
 
     fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
@@ -331,7 +331,7 @@ pub(crate) fn begin_points(
     points: &[[f64; 3]],
     measures: bool,
 ) {
-    let state = &mut workspace.points;
+    let state = &mut workspace.state.points;
     state.reserve(points.len());
     let first = points.first().copied().unwrap_or_default();
     state.begin(points.len(), measures, first.into());
@@ -348,7 +348,7 @@ pub(crate) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2
         Some(solid) if may_hold(outer, inner) => solid.components().len(),
         _ => 0,
     };
-    let state = &mut workspace.points;
+    let state = &mut workspace.state.points;
     if count > 0 {
         state.reserve_stack();
     }
@@ -358,7 +358,7 @@ pub(crate) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2
 /// True if the last run in the workspace was about these points: stopped at one of them, or
 /// finished with the last.
 fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
-    let state = &workspace.points;
+    let state = &workspace.state.points;
     let done = state.found.len();
     let current = done.min(points.len().saturating_sub(1));
     state.measures == measures
@@ -370,7 +370,7 @@ fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
 
 /// What a run about points has done and left.
 fn batch(tree: &Tree, workspace: &Workspace) -> Batch {
-    let state = &workspace.points;
+    let state = &workspace.state.points;
     Batch {
         triangles: tree.mesh().len() as f64,
         done: state.found.len() as f64,
@@ -387,7 +387,7 @@ pub(crate) fn advance(
     points: &[[f64; 3]],
     deadline: &mut Deadline,
 ) -> StopReason {
-    let points = &points[workspace.points.found.len().min(points.len())..];
+    let points = &points[workspace.state.points.found.len().min(points.len())..];
     if flushing::matters_to_points(tree, points) {
         workspace.run.stopped = true;
         return StopReason::FlushedToZero;

@@ -3,6 +3,7 @@
 use super::PointBounds;
 use super::near::Near;
 use super::rim::{Seen, Turn};
+use crate::engine::workspace::Workspace;
 use crate::room::Room;
 use crate::tree::inside::{Count, Probe};
 use crate::tree::{MAX_HEIGHT, WIDTH};
@@ -105,5 +106,26 @@ impl PointState {
     /// Makes room for the bounds of this many points.
     pub fn reserve(&mut self, points: usize) {
         self.found.reserve_all(points);
+    }
+}
+
+impl Workspace {
+    /// What the last query found about points, if it was one about points: one for each point done,
+    /// in the order of the points.
+    pub fn points(&self) -> &[PointBounds] {
+        &self.state.points.found
+    }
+
+    /// Reserves room for the answers about at least this many points. The first query for a larger
+    /// batch of points reserves room for it, and the first about an open solid 24 bytes for each
+    /// vertex on an open edge.
+    pub fn reserve_points(&mut self, points: usize) {
+        self.state.points.reserve(points);
+    }
+
+    /// Reserves room to find out whether one solid is inside another.
+    #[doc(hidden)]
+    pub fn reserve_containment(&mut self) {
+        self.state.points.reserve_stack();
     }
 }

@@ -68,7 +68,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
         let next = match self.question.source {
             Source::Points(_) => self.workspace.frontier.pop_stack(),
             Source::Samples { .. } => {
-                let node = self.workspace.points.stack.pop();
+                let node = self.workspace.state.points.stack.pop();
                 node.map(|node| Pair::new(node, 0))
             }
         };
@@ -83,7 +83,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, _: &mut Keys) {
         for _ in 0..NODES_PER_STEP {
-            let next = match self.workspace.points.phase {
+            let next = match self.workspace.state.points.phase {
                 Phase::Ray => self.follow(lanes, pair),
                 _ => self.approach(lanes, pair),
             };
@@ -97,14 +97,14 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
 
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
-        !self.workspace.points.uncertain.is_empty()
+        !self.workspace.state.points.uncertain.is_empty()
             || any
-                && matches!(self.workspace.points.phase, Phase::Rim { done } if done < self.rim_len())
+                && matches!(self.workspace.state.points.phase, Phase::Rim { done } if done < self.rim_len())
     }
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
-        match self.workspace.points.phase {
+        match self.workspace.state.points.phase {
             Phase::Rim { done } => self.look(lanes, done),
             Phase::Ray => self.examine(),
             _ => self.settle(),
@@ -126,7 +126,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     #[inline(always)]
     fn next_phase(&mut self) -> bool {
         let rim = self.rim_len();
-        let state = &mut self.workspace.points;
+        let state = &mut self.workspace.state.points;
         match state.phase {
             Phase::Idle => false,
             Phase::Start => {
@@ -161,7 +161,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     /// Ends with the current point. Returns true if there is another; it is begun.
     fn finish(&mut self) -> bool {
         let bounds = self.workspace.point_bounds(self.a, true);
-        let state = &mut self.workspace.points;
+        let state = &mut self.workspace.state.points;
         state.left -= 1;
         match self.question.source {
             Source::Points(_) => state.found.push(bounds),
@@ -181,7 +181,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     /// Begins with the next point.
     #[inline(always)]
     fn start(&mut self) {
-        let state = &mut self.workspace.points;
+        let state = &mut self.workspace.state.points;
         state.probe = match self.question.source {
             Source::Points(points) => {
                 let point = points[points.len() - state.left];
@@ -211,7 +211,7 @@ impl Traversal<'_, '_, Locate<'_>> {
             Source::Points(_) => {
                 self.workspace.frontier.push(pair);
             }
-            Source::Samples { .. } => self.workspace.points.stack.push(pair.nodes[0]),
+            Source::Samples { .. } => self.workspace.state.points.stack.push(pair.nodes[0]),
         }
     }
 
@@ -219,7 +219,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     /// the stack.
     #[inline(always)]
     fn follow<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
-        let probe = &self.workspace.points.probe;
+        let probe = &self.workspace.state.points.probe;
         if probe.is_outside {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
@@ -231,9 +231,9 @@ impl Traversal<'_, '_, Locate<'_>> {
         self.workspace.count_node(node);
         let child = |i: usize| node.first_child + i as u32;
         if let Some([leaves, enters, in_doubt]) = sorted {
-            self.workspace.points.count.winding +=
+            self.workspace.state.points.count.winding +=
                 leaves.count_ones() as i32 - enters.count_ones() as i32;
-            let uncertain = &mut self.workspace.points.uncertain;
+            let uncertain = &mut self.workspace.state.points.uncertain;
             bits(in_doubt).for_each(|i| uncertain.push([child(i), 0]));
             return None;
         }
@@ -246,10 +246,10 @@ impl Traversal<'_, '_, Locate<'_>> {
     /// Counts a triangle that `f32` left in doubt.
     #[inline(always)]
     fn examine(&mut self) {
-        let Some([triangle, _]) = self.workspace.points.uncertain.pop() else {
+        let Some([triangle, _]) = self.workspace.state.points.uncertain.pop() else {
             return;
         };
-        let state = &mut self.workspace.points;
+        let state = &mut self.workspace.state.points;
         let corners = self.a.corners(triangle);
         let corners = match self.question.source {
             // The tree is B's, and the point is in A's frame.
@@ -272,7 +272,7 @@ impl Traversal<'_, '_, Locate<'_>> {
             return;
         };
         let ((rim, edges), mesh) = (solid.rim(), self.a.mesh());
-        let state = &mut self.workspace.points;
+        let state = &mut self.workspace.state.points;
         let viewer = Viewer::new(mesh, state.point, state.probe.heading);
         let count = if done < rim.len() {
             let some = &rim[done..rim.len().min(done + EDGES_PER_STEP)];
@@ -303,7 +303,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     /// child; the others are on the stack.
     #[inline(always)]
     fn approach<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
-        let near = &self.workspace.points.near;
+        let near = &self.workspace.state.points.near;
         if f32::from_bits(pair.nodes[1]) >= near.cut {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
@@ -322,7 +322,7 @@ impl Traversal<'_, '_, Locate<'_>> {
                 &keys,
             ));
         }
-        let uncertain = &mut self.workspace.points.uncertain;
+        let uncertain = &mut self.workspace.state.points.uncertain;
         bits(chosen).for_each(|i| {
             uncertain.push([node.first_child + i as u32, keys[i % WIDTH].to_bits()]);
         });
@@ -334,10 +334,10 @@ impl Traversal<'_, '_, Locate<'_>> {
     /// Tests the nearest of the triangles that wait.
     #[inline(always)]
     fn settle(&mut self) {
-        let Some([triangle, key]) = self.workspace.points.uncertain.pop() else {
+        let Some([triangle, key]) = self.workspace.state.points.uncertain.pop() else {
             return;
         };
-        let state = &mut self.workspace.points;
+        let state = &mut self.workspace.state.points;
         if f32::from_bits(key) >= state.near.cut {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return;
@@ -366,7 +366,7 @@ impl Workspace {
 
     /// What is known of the current point.
     pub(super) fn point_bounds(&self, tree: &Tree, is_finished: bool) -> PointBounds {
-        let state = &self.points;
+        let state = &self.state.points;
         let mut bounds = PointBounds {
             winding: state.winding.map(|(winding, _)| winding),
             error: state.winding.map_or(f64::INFINITY, |(_, error)| error),
@@ -396,7 +396,7 @@ impl Workspace {
                 Phase::Near => {
                     let open = self.frontier.iter().map(|pair| pair.nodes[1]);
                     let least = open
-                        .chain(self.points.uncertain.iter().map(|left| left[1]))
+                        .chain(self.state.points.uncertain.iter().map(|left| left[1]))
                         .min();
                     let least = least.map_or(f32::INFINITY, f32::from_bits);
                     (state.near, state.near.low(tree, least))

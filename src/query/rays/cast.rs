@@ -92,19 +92,19 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
 
     #[inline(always)]
     fn waits(&self, _any: bool) -> bool {
-        !self.workspace.rays.candidates.is_empty()
+        !self.workspace.state.rays.candidates.is_empty()
     }
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, _lanes: L) -> Option<StopReason> {
-        let state = &mut self.workspace.rays;
+        let state = &mut self.workspace.state.rays;
         if self.question.mode == RayMode::All && state.hits.len() == state.hits.capacity() {
             return Some(StopReason::PairsFull);
         }
         let candidate = state.candidates.pop();
-        self.workspace.testing = !self.workspace.rays.candidates.is_empty();
+        self.workspace.testing = !self.workspace.state.rays.candidates.is_empty();
         candidate
-            .filter(|candidate| candidate.enter <= self.workspace.rays.local_ray.to)
+            .filter(|candidate| candidate.enter <= self.workspace.state.rays.local_ray.to)
             .and_then(|candidate| self.examine(candidate))
     }
 }
@@ -115,12 +115,12 @@ impl Traversal<'_, '_, Cast<'_>> {
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
         let (index, entry) = (pair.nodes[0], entry(&pair));
-        if entry > self.workspace.rays.local_ray.to {
+        if entry > self.workspace.state.rays.local_ray.to {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
         }
         let node = &self.a.nodes()[index as usize];
-        let local_ray = &self.workspace.rays.local_ray;
+        let local_ray = &self.workspace.state.rays.local_ray;
         let (enter, entered) = local_ray.enter(lanes, node, entry);
         let stats = &mut self.workspace.run.stats;
         stats.bv_tests += u64::from(node.children);
@@ -143,7 +143,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         );
         for lane in bits(found.may_meet & entered) {
             let (triangle, faces) = (node.first_child + lane as u32, found.faces(lane));
-            self.workspace.rays.candidates.push(Candidate {
+            self.workspace.state.rays.candidates.push(Candidate {
                 triangle,
                 enter: enter[lane],
                 faces,
@@ -178,7 +178,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         };
         let workspace = &mut *self.workspace;
         workspace.run.stats.found += 1;
-        let state = &mut workspace.rays;
+        let state = &mut workspace.state.rays;
         if state.hit.is_none_or(|before| hit.is_before(&before)) {
             state.hit = Some(hit);
         }
@@ -199,7 +199,7 @@ impl Traversal<'_, '_, Cast<'_>> {
     fn next_ray(&mut self) -> Option<(Pair, Origin)> {
         let rays = &mut self.question.rays;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
-        let state = &mut self.workspace.rays;
+        let state = &mut self.workspace.state.rays;
         // Field by field, as it was found: loading what several stores wrote would wait until all
         // are in the cache.
         state.first_hits.push(None);

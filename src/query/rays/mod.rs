@@ -117,7 +117,7 @@ impl Ask<RayCast> for Query<'_, RayCast> {
 
     fn is_in(&self, workspace: &Workspace) -> bool {
         let RayCast { ray, mode, solid } = &self.asked;
-        let points = &workspace.points;
+        let points = &workspace.state.points;
         let origins = points.left + points.found.len();
         is_in(workspace, slice::from_ref(ray), *mode) && origins == usize::from(*solid)
     }
@@ -129,7 +129,7 @@ impl Ask<RayCast> for Query<'_, RayCast> {
             workspace.frontier.clear();
             let origin = self.asked.ray.origin().to_array();
             points::begin_points(self.a, workspace, slice::from_ref(&origin), false);
-            workspace.rays.locates = true;
+            workspace.state.rays.locates = true;
         }
     }
 
@@ -141,18 +141,18 @@ impl Ask<RayCast> for Query<'_, RayCast> {
     ) -> StopReason {
         let RayCast { ray, mode, .. } = &self.asked;
         let rays = slice::from_ref(ray);
-        if workspace.rays.locates {
+        if workspace.state.rays.locates {
             let origin = [ray.origin().to_array()];
             let stop = points::advance(self.a, workspace, &origin, deadline);
             if !stop.is_final() {
-                workspace.rays.ray = Some(*ray);
+                workspace.state.rays.ray = Some(*ray);
                 return stop;
             }
-            workspace.rays.locates = false;
+            workspace.state.rays.locates = false;
             push_root(self.a, workspace);
         }
         let stop = advance(self.a, workspace, rays, deadline);
-        if *mode == RayMode::Any && workspace.rays.hit.is_some() && stop.is_final() {
+        if *mode == RayMode::Any && workspace.state.rays.hit.is_some() && stop.is_final() {
             StopReason::FirstHit
         } else {
             stop
@@ -163,14 +163,15 @@ impl Ask<RayCast> for Query<'_, RayCast> {
         let RayCast { ray, mode, .. } = &self.asked;
         let open = if stop.is_final() {
             f64::INFINITY
-        } else if workspace.rays.locates {
+        } else if workspace.state.rays.locates {
             ray.limits()[0]
         } else {
             open_from(self.a, workspace, ray)
         };
-        let hit = workspace.rays.hit;
+        let hit = workspace.state.rays.hit;
         let free_until = mode.free_until(ray, hit, open);
         let starts_inside = workspace
+            .state
             .points
             .found
             .first()
@@ -244,7 +245,7 @@ impl<'r> Ask<Rays<'r>> for Query<'_, Rays<'r>> {
     fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
         let count = self.asked.rays.len();
         begin(self.a, workspace, count, self.asked.mode);
-        workspace.rays.first_hits.reserve_all(count);
+        workspace.state.rays.first_hits.reserve_all(count);
     }
 
     fn advance(
@@ -258,14 +259,14 @@ impl<'r> Ask<Rays<'r>> for Query<'_, Rays<'r>> {
             // The last hit; all of them if the mesh is empty.
             let RayState {
                 first_hits, hit, ..
-            } = &mut workspace.rays;
+            } = &mut workspace.state.rays;
             first_hits.resize(self.asked.rays.len(), *hit);
         }
         stop
     }
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> usize {
-        workspace.rays.done
+        workspace.state.rays.done
     }
 
     fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
@@ -284,7 +285,7 @@ fn key(tree: &Tree) -> Key {
 fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, mode: RayMode) {
     workspace.clear();
     workspace.run.begin(key(tree), Strategy::NONE);
-    let state = &mut workspace.rays;
+    let state = &mut workspace.state.rays;
     state.mode = mode;
     if mode == RayMode::All && state.hits.capacity() == 0 {
         state.hits.reserve_all(DEFAULT_ROOM);
@@ -304,7 +305,7 @@ fn push_root(tree: &Tree, workspace: &mut Workspace) {
 /// True if the last run in the workspace was of these rays: stopped at one of them, or finished
 /// with the last.
 fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
-    let state = &workspace.rays;
+    let state = &workspace.state.rays;
     let current = state.done.min(rays.len().saturating_sub(1));
     state.mode == mode
         && (state.done + state.after + 1 == rays.len() || state.done == rays.len())
@@ -314,7 +315,7 @@ fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
 impl Workspace {
     /// What a run of `count` rays has done and left.
     fn batch_of_rays(&self, tree: &Tree, count: usize, is_thorough: bool) -> Batch {
-        let done = self.rays.done.min(count);
+        let done = self.state.rays.done.min(count);
         Batch {
             triangles: tree.mesh().len() as f64,
             done: done as f64,
@@ -333,22 +334,22 @@ fn advance(
     rays: &[Ray],
     deadline: &mut Deadline,
 ) -> StopReason {
-    let done = workspace.rays.done.min(rays.len());
+    let done = workspace.state.rays.done.min(rays.len());
     if done == rays.len() {
         return StopReason::Finished;
     }
     if tree.nodes().is_empty() {
-        (workspace.rays.done, workspace.rays.after) = (rays.len(), 0);
-        workspace.rays.ray = rays.last().copied();
+        (workspace.state.rays.done, workspace.state.rays.after) = (rays.len(), 0);
+        workspace.state.rays.ray = rays.last().copied();
         return StopReason::Finished;
     }
     let stop = if flushing::matters_to_rays(tree, &rays[done..]) {
         workspace.run.stopped = true;
         StopReason::FlushedToZero
     } else {
-        let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
+        let (mode, hit) = (workspace.state.rays.mode, workspace.state.rays.hit);
         let question = Cast::new(&rays[done..], mode);
-        let local_ray = &mut workspace.rays.local_ray;
+        let local_ray = &mut workspace.state.rays.local_ray;
         local_ray.follow(tree.unit(), &rays[done]);
         if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
             local_ray.cut(hit.t);
@@ -356,7 +357,7 @@ fn advance(
         let (b_in_a, relative) = (&Pose::IDENTITY, &RelativePose::BLIND);
         traverse(question, [tree; 2], b_in_a, relative, workspace, deadline)
     };
-    let state = &mut workspace.rays;
+    let state = &mut workspace.state.rays;
     state.ray = Some(rays[state.done]);
     if stop.is_final() {
         state.done += 1;
@@ -368,6 +369,7 @@ fn advance(
 fn open_from(tree: &Tree, workspace: &Workspace, ray: &Ray) -> f64 {
     let entries = workspace.frontier.iter().map(|pair| entry(&pair));
     let candidates = workspace
+        .state
         .rays
         .candidates
         .iter()
@@ -406,8 +408,8 @@ pub(crate) fn cast_alone(
     deadline: &mut Deadline,
 ) -> Result<Option<RayHit>, StopReason> {
     if !is_under_way {
-        workspace.rays.clear();
-        workspace.rays.mode = RayMode::Nearest;
+        workspace.state.rays.clear();
+        workspace.state.rays.mode = RayMode::Nearest;
         if tree.nodes().is_empty() {
             return Ok(None);
         }
@@ -417,7 +419,7 @@ pub(crate) fn cast_alone(
     let stop = advance(tree, workspace, slice::from_ref(ray), deadline);
     workspace.run.stats.found = found;
     if stop.is_final() {
-        Ok(workspace.rays.hit)
+        Ok(workspace.state.rays.hit)
     } else {
         Err(stop)
     }

@@ -1,5 +1,6 @@
 //! The state of a ray query: its options, the current ray of a batch, and the hits.
 
+use crate::engine::workspace::Workspace;
 use crate::room::Room;
 use crate::tree::local_ray::LocalRay;
 use arrayvec::ArrayVec;
@@ -102,5 +103,34 @@ impl RayState {
         self.candidates.clear();
         self.hits.clear();
         self.first_hits.clear();
+    }
+}
+
+impl Workspace {
+    /// The hits that the last query found, if it asked for all hits of a ray, without drained ones:
+    /// in order of discovery, which is nearly that of `t`.
+    pub fn ray_hits(&self) -> &[RayHit] {
+        &self.state.rays.hits
+    }
+
+    /// The hits that the last query found, if it was one of many rays
+    /// ([`Query::rays`](crate::Query::rays)): one for each ray done, in the order of the rays.
+    /// `None` for a ray without a hit.
+    pub fn first_hits(&self) -> &[Option<RayHit>] {
+        &self.state.rays.first_hits
+    }
+
+    /// Removes and returns the hits of a ray, so that a query stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed.
+    pub fn drain_ray_hits(&mut self) -> impl ExactSizeIterator<Item = RayHit> + '_ {
+        self.state.rays.hits.drain(..)
+    }
+
+    /// Reserves room for at least `hits` hits of a ray, 24 bytes each, and for a batch of as many
+    /// rays, 32 bytes each. The first query for all hits reserves room for 4,096 if there is none.
+    /// The first query for a larger batch of rays reserves room for it.
+    pub fn reserve_ray_hits(&mut self, hits: usize) {
+        self.state.rays.hits.reserve_all(hits);
+        self.state.rays.first_hits.reserve_all(hits);
     }
 }

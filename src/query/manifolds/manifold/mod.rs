@@ -2,15 +2,14 @@
 //! of contact, with signed distances and ids that last from frame to frame.
 //!
 //! [`skin`] reduces pairs of triangles that are apart while a query lists them. The overlaps of
-//! sunk surfaces are computed by the query. [`identity`] carries ids over to the next frame.
+//! sunk surfaces are computed by the query. A [`PairMemory`](crate::PairMemory) carries ids over to
+//! the next frame.
 
-mod identity;
 mod skin;
 
+use crate::engine::memory::identity::Before;
 use arrayvec::ArrayVec;
 use glam::DVec3;
-pub(crate) use identity::{Before, ManifoldMemory};
-pub use identity::{Fixed, inherit};
 use punctual_geom::bits;
 pub(crate) use skin::{SAME, Shape, Skin, around, falls_beside};
 use wide::f64x4;
@@ -46,9 +45,9 @@ pub struct Manifold {
     /// touch: if they are sunk by no more than about 1e-12 times the largest coordinate.
     pub is_overlap: bool,
     /// True if all of the piece was examined. False if the region of an overlap has more than
-    /// [`REGION_LIMIT`](crate::query::contacts::contacts::REGION_LIMIT) triangles: then the depth is a lower bound.
+    /// [`REGION_LIMIT`](crate::contacts::REGION_LIMIT) triangles: then the depth is a lower bound.
     pub is_whole: bool,
-    points: ArrayVec<ManifoldPoint, POINTS>,
+    pub(crate) points: ArrayVec<ManifoldPoint, POINTS>,
 }
 
 /// A point of a [`Manifold`].

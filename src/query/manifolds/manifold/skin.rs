@@ -11,7 +11,8 @@
 //! that neighbor is closer, so it is listed too, and the way ends at a pair that stays. Where
 //! surfaces are oriented, pairs on the inner side of one are dropped too.
 
-use super::{Before, Manifold, ManifoldPoint, Octagon};
+use super::{Manifold, ManifoldPoint, Octagon};
+use crate::engine::memory::identity::Before;
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;

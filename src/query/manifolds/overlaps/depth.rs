@@ -8,10 +8,11 @@
 
 use super::{Cut, Inset, Octagon, Overlaps, Phase, REGION_LIMIT};
 use crate::engine::deadline::Deadline;
+use crate::engine::memory::identity::Before;
 use crate::engine::outcome::StopReason;
 use crate::engine::workspace::Workspace;
 use crate::model::cost::WORK_PER_CURVE_PAIR;
-use crate::query::manifolds::manifold::{Before, Manifold, ManifoldPoint, SAME, Shape, choose};
+use crate::query::manifolds::manifold::{Manifold, ManifoldPoint, SAME, Shape, choose};
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::mem;

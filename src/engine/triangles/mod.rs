@@ -1,6 +1,8 @@
 //! Triangle pairs that wait for the fast filter: a stack with room for everything that one step can
 //! add.
 
+pub(crate) mod corners;
+
 use crate::tree::{Tree, WIDTH};
 use arrayvec::ArrayVec;
 use punctual_geom::bits;

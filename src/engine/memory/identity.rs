@@ -4,7 +4,7 @@
 //! A point that slides stays at its place on one of the bodies; one that rolls moves a little on
 //! both. So the nearer of both places counts.
 
-use super::{Manifold, ManifoldPoint};
+use crate::query::manifolds::manifold::{Manifold, ManifoldPoint};
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use glam::DVec3;
