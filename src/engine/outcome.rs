@@ -45,7 +45,6 @@ pub enum Verdict {
 
 impl Verdict {
     /// The verdict for triangles within the margins: they intersect if their distance is 0.
-    #[doc(hidden)]
     #[inline]
     pub fn of_witness(witness: [u32; 2], distance: f64) -> Self {
         if distance == 0.0 {
@@ -146,7 +145,6 @@ named!(StopReason {
 
 impl StopReason {
     /// True if the run is over, so that there is nothing to resume.
-    #[doc(hidden)]
     #[inline]
     pub fn is_final(self) -> bool {
         matches!(self, Self::Finished | Self::FirstHit)
@@ -208,7 +206,6 @@ pub struct Answer<T> {
 
 impl<T> Answer<T> {
     /// The answer of a caller of several queries.
-    #[doc(hidden)]
     pub fn of(value: T, stop: StopReason, stats: Stats) -> Self {
         Self { value, stop, stats }
     }

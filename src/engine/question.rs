@@ -68,6 +68,22 @@ pub trait Ask<Q: Question> {
     /// The answer of the run in the workspace, which ended for the reason `stop`.
     fn answer(&self, workspace: &Workspace, stop: StopReason) -> Q::Value;
 
+    /// Spends a budget on the run in the workspace, and answers.
+    fn spend(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> Answer<Q::Value> {
+        let stop = self.advance(workspace, memory, deadline);
+        workspace.run.took(deadline.elapsed());
+        Answer {
+            value: self.answer(workspace, stop),
+            stop,
+            stats: workspace.stats(),
+        }
+    }
+
     /// Units of work left in the run in the workspace, which was stopped. For a question whether
     /// surfaces meet, also the probability that they do.
     fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>);
@@ -286,33 +302,14 @@ where
         Ok(self.spend(workspace, memory, &mut Deadline::of(budget)))
     }
 
-    /// Spends a budget on the run in the workspace, and answers.
-    #[doc(hidden)]
-    pub fn spend(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        deadline: &mut Deadline,
-    ) -> Answer<Q::Value> {
-        let stop = self.advance(workspace, memory, deadline);
-        workspace.run.took(deadline.elapsed());
-        Answer {
-            value: self.answer(workspace, stop),
-            stop,
-            stats: workspace.stats(),
-        }
-    }
-
     /// An error unless the last run in the workspace was of this query.
-    #[doc(hidden)]
     #[inline]
-    pub fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
+    pub(crate) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         let is_same = workspace.run.key == Some(self.key()) && self.is_in(workspace);
         is_same.then_some(()).ok_or(ResumeError)
     }
 
     /// True if the workspace holds a stopped run of this query.
-    #[doc(hidden)]
     #[inline]
     pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.stopped && self.holds(workspace).is_ok()

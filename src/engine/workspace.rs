@@ -196,13 +196,11 @@ impl Workspace {
     }
 
     /// Forgets the run, so that none can be resumed.
-    #[doc(hidden)]
     pub fn forget_run(&mut self) {
         self.run.key = None;
     }
 
     /// Work of the last query, including resumed calls.
-    #[doc(hidden)]
     pub fn work(&self) -> u64 {
         self.run.stats.work
     }
@@ -218,13 +216,11 @@ impl Workspace {
     }
 
     /// The verdict of the last query, which ended for this reason.
-    #[doc(hidden)]
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         self.run.verdict(stop)
     }
 
     /// Work of the last query.
-    #[doc(hidden)]
     #[inline]
     pub fn stats(&self) -> Stats {
         Stats {

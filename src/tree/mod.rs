@@ -44,7 +44,6 @@ mod update;
 mod validate;
 mod wide;
 
-#[doc(hidden)]
 pub use convex::Convex;
 pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
@@ -327,7 +326,6 @@ impl Tree {
     }
 
     /// The corners of a triangle (in tree order), as [`Mesh::triangle`] returns them.
-    #[doc(hidden)]
     #[inline]
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         // Written out, because `map` compiles to a call.
@@ -340,7 +338,6 @@ impl Tree {
     }
 
     /// The vertex indices of a triangle (in tree order).
-    #[doc(hidden)]
     #[inline(always)]
     pub fn vertices_of(&self, triangle: u32) -> [u32; 3] {
         self.corners[triangle as usize]
@@ -376,20 +373,17 @@ impl Tree {
     }
 
     /// Input ids of the triangles, in tree order.
-    #[doc(hidden)]
     pub fn ids(&self) -> &[u32] {
         &self.ids
     }
 
     /// A number that differs between any two trees built or refitted in this process, except
     /// clones.
-    #[doc(hidden)]
     pub fn identity(&self) -> usize {
         self.identity
     }
 
     /// The identity from the build. Trees that share it have the same triangles in the same order.
-    #[doc(hidden)]
     pub fn lineage(&self) -> usize {
         self.lineage
     }

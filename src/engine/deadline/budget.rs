@@ -88,7 +88,6 @@ impl Budget {
     }
 
     /// True if nothing can end the call early.
-    #[doc(hidden)]
     #[inline]
     pub fn is_unlimited(self) -> bool {
         self.time.is_none() && self.work.is_none()

@@ -106,7 +106,6 @@ impl PairMemory {
     }
 
     /// An empty memory that stores no clearance and learns nothing of predictions.
-    #[doc(hidden)]
     pub fn without_clearance() -> Self {
         Self {
             trees: None,
@@ -203,21 +202,18 @@ impl PairMemory {
     }
 
     /// One of the latest witnesses, in tree order.
-    #[doc(hidden)]
     #[inline]
     pub fn witness(&self, number: usize) -> Option<[u32; 2]> {
         self.witnesses.get(number).copied()
     }
 
     /// The pair (tree order) that the last distance query found to be closest.
-    #[doc(hidden)]
     pub fn closest(&self) -> Option<[u32; 2]> {
         self.nearest
     }
 
     /// Records what was found without this memory: the surfaces intersect, with the latest witness
     /// (tree order), or they do not.
-    #[doc(hidden)]
     pub fn decide(&mut self, witness: Option<[u32; 2]>) {
         (self.last_verdict, self.frames_undecided) = (Some(witness.is_some()), 0);
         if let Some(pair) = witness {

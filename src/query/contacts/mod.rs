@@ -147,7 +147,6 @@ impl<'t> Query<'t, Contacts> {
     }
 
     /// True if a contact proves that the surfaces come within the margin.
-    #[doc(hidden)]
     pub fn is_within(&self, contact: &Contact) -> bool {
         contact.distance <= self.asked.options.margin
     }

@@ -207,7 +207,6 @@ impl<'t> Query<'t, Distance> {
 
     /// Proven upper bound of the distance from the run in the workspace, margins not subtracted. 0
     /// only if the surfaces intersect.
-    #[doc(hidden)]
     pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.state.distance.interval.high()
     }

@@ -135,7 +135,6 @@ impl<'t> Query<'t, Intersection> {
 
     /// For comparisons: the simplest rival of all orders. A stack, without a queue, ranks of
     /// siblings, traced curves or remembered triangles; the order has no effect then.
-    #[doc(hidden)]
     #[must_use]
     pub fn plain(mut self) -> Self {
         self.asked.options.is_plain = true;

@@ -53,7 +53,6 @@ impl Workspace {
     }
 
     /// A pair of triangles (tree order) that the last intersection query found to meet.
-    #[doc(hidden)]
     #[inline]
     pub fn witness(&self) -> Option<[u32; 2]> {
         self.state.intersection.sample.pairs().first().copied()

@@ -133,7 +133,6 @@ impl<'t> Query<'t, Manifolds> {
     }
 
     /// True if a distance is within the skin.
-    #[doc(hidden)]
     #[must_use]
     pub fn is_within(&self, distance: f64) -> bool {
         distance <= self.asked.options.margin

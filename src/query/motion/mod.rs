@@ -163,7 +163,6 @@ impl<'t> Query<'t, Impact> {
 
     /// Proven upper bound, from the run in the workspace, of the distance of the first contact's
     /// triangles at its time. 0 only if they intersect.
-    #[doc(hidden)]
     pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace
             .state

@@ -28,7 +28,6 @@ impl<Q> Query<'_, Q> {
     }
 
     /// True if one body may contain the other.
-    #[doc(hidden)]
     #[must_use]
     pub fn may_contain(&self) -> bool {
         self.solids && (may_hold(self.a, self.b) || may_hold(self.b, self.a))

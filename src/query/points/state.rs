@@ -124,7 +124,6 @@ impl Workspace {
     }
 
     /// Reserves room to find out whether one solid is inside another.
-    #[doc(hidden)]
     pub fn reserve_containment(&mut self) {
         self.state.points.reserve_stack();
     }

@@ -24,7 +24,6 @@ pub enum RayMode {
 impl RayMode {
     /// Ray parameter before which no hit is missing. `open` is that parameter for the nodes and
     /// triangles not tested yet.
-    #[doc(hidden)]
     pub fn free_until(self, ray: &Ray, hit: Option<RayHit>, open: f64) -> f64 {
         match (self, hit) {
             (Self::All, _) | (_, None) => open,
