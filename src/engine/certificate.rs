@@ -33,7 +33,7 @@ pub enum Place<'w> {
 
 impl<'w> Certificate<'w> {
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. A query
-    /// divides a turning motion into pieces; each piece not reached counts as one pair, unless the
+    /// divides a turning motion into substeps; each one not reached counts as one pair, unless the
     /// meshes are too far apart in it.
     #[must_use]
     pub fn open_pairs(&self) -> usize {
@@ -59,7 +59,7 @@ impl<'w> Certificate<'w> {
                 active,
             }) => count(self.a, a, active[0]) * count(self.b, b, active[1]),
             Open::Triangles(_) => 1,
-            Open::Piece(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
+            Open::Substep(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
         let workspace = self.workspace;
@@ -112,7 +112,7 @@ impl<'w> Certificate<'w> {
                 );
                 Some(widened(&of_a.intersection(&of_b), margin)).filter(|common| !common.is_empty())
             }
-            Open::Piece(_) => None,
+            Open::Substep(_) => None,
         }
     }
 
@@ -132,7 +132,7 @@ impl<'w> Certificate<'w> {
                 let of_b = ahead.swept(None, |pose| triangle_bounds(b, pair[1], pose));
                 (triangle_bounds(a, pair[0], &Pose::IDENTITY), of_b)
             }
-            Open::Piece(i) => (
+            Open::Substep(i) => (
                 node(a, 0, &Pose::IDENTITY),
                 ahead.swept(Some(i), |pose| node(b, 0, pose)),
             ),
@@ -165,7 +165,7 @@ impl<'w> Certificate<'w> {
             Place::Still(..) => None,
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
-        let later = later.into_iter().flatten().map(Open::Piece);
+        let later = later.into_iter().flatten().map(Open::Substep);
         let nodes = workspace.frontier.iter().map(Open::Nodes);
         nodes.chain(triangles).chain(later).take(self.most())
     }
@@ -202,8 +202,8 @@ enum Open {
     Nodes(Pair),
     /// Ids of the input meshes.
     Triangles([u32; 2]),
-    /// Both whole meshes, in a piece of a motion that the query has not reached.
-    Piece(u32),
+    /// Both whole meshes, in a substep of a motion that the query has not reached.
+    Substep(u32),
 }
 
 /// The box in A's frame of a triangle (an id of the input mesh) whose mesh is at `pose`.

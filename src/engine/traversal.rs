@@ -7,7 +7,7 @@
 //! manifolds step through the overlaps after the contacts ([`overlaps`]), and [`motion`] goes from
 //! substep to substep, and skips those that its bounds prove free.
 //!
-//! Each turn does one step of bounded work: it tests triangle pairs, or opens a node pair of the
+//! Each iteration does one step of bounded work: it tests triangle pairs, or opens a node pair of the
 //! frontier ([`expand`]). Before each step the deadline may end the call. Everything not done by
 //! then is still in the buffers:
 //!

@@ -201,9 +201,10 @@ impl Tree {
         options: &BuildOptions,
     ) -> Self {
         let neighbors = adjacency::neighbors(&corners, &nodes);
-        let extremes = match options.extremes {
-            true => Extremes::of(&mesh, &unit, &corners),
-            false => Extremes::default(),
+        let extremes = if options.extremes {
+            Extremes::of(&mesh, &unit, &corners)
+        } else {
+            Extremes::default()
         };
         let (built_cost, identity) = (profiles.cost, next_identity());
         let lineage = identity;

@@ -35,6 +35,17 @@ impl Pair {
             active: [u8::MAX; 2],
         }
     }
+
+    /// A node of one tree, for questions without a second one, and its key, which is positive: the
+    /// bits of such numbers are ordered as they are.
+    pub const fn keyed(node: u32, key: f32) -> Self {
+        Self::new(node, key.to_bits())
+    }
+
+    /// The key of [`Pair::keyed`].
+    pub const fn key(&self) -> f32 {
+        f32::from_bits(self.nodes[1])
+    }
 }
 
 /// Where a pair was taken from. Most of its children go there too.
@@ -42,6 +53,8 @@ impl Pair {
 pub(crate) enum Origin {
     /// A warm-start path to a witness of the previous frame.
     Path,
+    /// The dive of a distance query: its children take its place.
+    Dive,
     Stack,
     Queue,
 }
@@ -168,9 +181,8 @@ impl Frontier {
         }
     }
 
-    /// Pushes the children of a mask on the stack, each as a pair of a node and the bits of its
-    /// key, which is positive. The one with the largest key is the first. Returns the one with the
-    /// least key instead.
+    /// Pushes the children of a mask on the stack ([`Pair::keyed`]). The one with the largest key is
+    /// the first. Returns the one with the least key instead.
     #[inline(always)]
     pub fn push_nearest(
         &mut self,

@@ -76,7 +76,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
         }
         let search = &mut self.workspace.state.distance;
         match search.dive.take() {
-            Some(pair) => Some((pair, Origin::Path)),
+            Some(pair) => Some((pair, Origin::Dive)),
             None => self.workspace.frontier.pop(),
         }
     }
@@ -86,7 +86,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
         let (question, relative) = (&self.question, self.relative);
         let mut gaps = Gaps::new(question.cut, question.doubt, relative, question.direction);
         match self.origin {
-            Origin::Path => {
+            Origin::Dive => {
                 self.question.guess = f32::INFINITY;
                 (gaps.cut, gaps.swell) = (f32::INFINITY, DIVE);
             }
@@ -103,12 +103,12 @@ impl Visitor for Traversal<'_, '_, Nearness> {
                     self.workspace.bound(root(gaps.least), relative.unit);
                 }
             }
-            Origin::Stack => {}
+            Origin::Stack | Origin::Path => {}
         }
         let trees = [self.a, self.b];
         expand(lanes, pair, trees, relative, &mut gaps, keys, self);
         let search = &mut self.workspace.state.distance;
-        if self.origin != Origin::Path {
+        if self.origin != Origin::Dive {
             // Every child that was dropped is at least as far apart as the cut.
             search.interval.pass_rest();
         } else if search.dive.is_none() {
@@ -192,7 +192,7 @@ impl Traversal<'_, '_, Nearness> {
     #[inline(always)]
     fn keep(&mut self, pair: Pair, key: f32, deepest: &mut (f32, Option<usize>)) {
         let workspace = &mut *self.workspace;
-        if self.origin == Origin::Path {
+        if self.origin == Origin::Dive {
             if key < self.question.guess {
                 self.question.guess = key;
                 workspace.state.distance.dive = Some(pair);

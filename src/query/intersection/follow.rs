@@ -23,9 +23,9 @@ const STEPS: usize = 4;
 const _: () = assert!(STEPS as u64 * WORK_PER_TRACE_STEP <= MAX_STEP_WORK);
 
 /// A tracing step of the loop, compiled separately because it is rare.
-struct MarchOn<'t, 'q, 'c, 'o>(&'t mut Traversal<'q, 'c, Meeting<'o>>);
+struct TraceOn<'t, 'q, 'c, 'o>(&'t mut Traversal<'q, 'c, Meeting<'o>>);
 
-impl Kernel for MarchOn<'_, '_, '_, '_> {
+impl Kernel for TraceOn<'_, '_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -37,9 +37,9 @@ impl Kernel for MarchOn<'_, '_, '_, '_> {
 impl Traversal<'_, '_, Meeting<'_>> {
     /// Traces the waiting curves a little.
     #[inline(always)]
-    pub(crate) fn march_on<L: Lanes>(&mut self, lanes: L) {
+    pub(crate) fn trace_on<L: Lanes>(&mut self, lanes: L) {
         let before = self.workspace.run.stats.work;
-        lanes.run(MarchOn(self));
+        lanes.run(TraceOn(self));
         self.workspace.state.intersection.trace.work += self.workspace.run.stats.work - before;
     }
 
@@ -53,7 +53,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let mut at = usize::from(!ends[0].follows);
         let other = usize::from(ends[0].follows && ends[1].follows);
         for _ in 0..self.room().min(STEPS) {
-            if !self.march_step(lanes, at & 1) {
+            if !self.trace_step(lanes, at & 1) {
                 self.workspace.state.intersection.trace.ends[at & 1].follows = false;
                 break;
             }
@@ -150,7 +150,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
     /// Moves an end to the next pair and reports it. False if the curve ends.
     #[inline(always)]
-    fn march_step<L: Lanes>(&mut self, lanes: L, at: usize) -> bool {
+    fn trace_step<L: Lanes>(&mut self, lanes: L, at: usize) -> bool {
         let trees = [self.a, self.b];
         let Workspace { run, state, .. } = &mut *self.workspace;
         let IntersectionState {

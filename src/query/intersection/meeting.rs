@@ -60,9 +60,9 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
         if self.room() == 0 {
             return Some(StopReason::PairsFull);
         }
-        self.end_march();
+        self.end_trace();
         if self.workspace.state.intersection.trace.is_due() {
-            self.march_on(lanes);
+            self.trace_on(lanes);
         } else {
             self.test_triangles(lanes);
         }
@@ -126,7 +126,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
     /// Stops curve tracing once the traversal has done its share of the work.
     #[inline(always)]
-    fn end_march(&mut self) {
+    fn end_trace(&mut self) {
         let Workspace {
             run,
             frontier,

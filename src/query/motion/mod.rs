@@ -219,7 +219,7 @@ impl<'t> Query<'t, Impact> {
             }
     }
 
-    fn spend_on_piece(
+    fn spend_on_substep(
         &self,
         relative_motion: &RelativeMotion,
         workspace: &mut Workspace,
@@ -302,7 +302,7 @@ impl Ask<Impact> for Query<'_, Impact> {
         );
         workspace.state.motion.substep = relative_motion.piece_at(free_until);
         if workspace.state.motion.substep < relative_motion.substeps {
-            workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
+            workspace.begin_substep(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
     }
 
@@ -320,13 +320,13 @@ impl Ask<Impact> for Query<'_, Impact> {
         }
         let mut stop = StopReason::Finished;
         while workspace.state.motion.substep < relative_motion.substeps {
-            stop = self.spend_on_piece(relative_motion, workspace, deadline);
+            stop = self.spend_on_substep(relative_motion, workspace, deadline);
             if !stop.is_final() || workspace.state.motion.contact().is_some() {
                 break;
             }
             workspace.state.motion.substep += 1;
             if workspace.state.motion.substep < relative_motion.substeps {
-                workspace.begin_piece(None);
+                workspace.begin_substep(None);
             }
         }
         if workspace.state.motion.substep == relative_motion.substeps {
@@ -378,7 +378,7 @@ impl Certify<Impact> for Query<'_, Impact> {
 impl Workspace {
     /// Prepares the buffers for a substep of a motion. `guess` is a pair of triangles that may meet
     /// in it.
-    fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
+    fn begin_substep(&mut self, guess: Option<[u32; 2]>) {
         self.frontier.clear();
         self.state.distance.begin_pairs(guess.map(|pair| Bounded {
             pair,

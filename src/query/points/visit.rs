@@ -1,8 +1,8 @@
 //! Points among the nodes and triangles of one tree: a ray that is counted along, the boundary of
 //! an open surface, and the nearest triangle; one after the other for each point.
 //!
-//! As in ray casts, a pair is a node and a number. For the nearest triangle, that is the key of its
-//! box, as the bits of a positive `f32`. Nodes are finished depth-first.
+//! As in ray casts, nodes have keys ([`Pair::keyed`]), used for the nearest triangle only. Nodes are
+//! finished depth-first.
 
 use super::near::Near;
 use super::rim::{Turn, Viewer};
@@ -43,7 +43,7 @@ pub(crate) enum Source<'q> {
     },
 }
 
-const ROOT: u32 = 0;
+const ROOT: Pair = Pair::keyed(0, 0.0);
 
 /// Maximum number of nodes opened in one step.
 const NODES_PER_STEP: u32 = 3;
@@ -77,7 +77,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
         }
         // A boundary is visited by tests; all else begins with the root.
         self.next_phase()
-            .then_some((Pair::new(ROOT, 0), Origin::Stack))
+            .then_some((ROOT, Origin::Stack))
     }
 
     #[inline(always)]
@@ -304,7 +304,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     #[inline(always)]
     fn approach<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
         let near = &self.workspace.state.points.near;
-        if f32::from_bits(pair.nodes[1]) >= near.cut {
+        if pair.key() >= near.cut {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
         }
@@ -394,11 +394,9 @@ impl Workspace {
             let (near, low) = match state.phase {
                 Phase::Near if is_finished => (state.near, state.near.finished()),
                 Phase::Near => {
-                    let open = self.frontier.iter().map(|pair| pair.nodes[1]);
-                    let least = open
-                        .chain(self.state.points.uncertain.iter().map(|left| left[1]))
-                        .min();
-                    let least = least.map_or(f32::INFINITY, f32::from_bits);
+                    let open = self.frontier.iter().map(|pair| pair.key());
+                    let uncertain = state.uncertain.iter().map(|left| f32::from_bits(left[1]));
+                    let least = open.chain(uncertain).fold(f32::INFINITY, f32::min);
                     (state.near, state.near.low(tree, least))
                 }
                 _ => (Near::new(tree, state.point), 0.0),

@@ -1,8 +1,7 @@
 //! Ray cast: how the traversal handles nodes and triangles.
 //!
-//! There is no second tree. A pair consists of a node and, in place of the other node, the
-//! parameter at which the ray enters its box, as the bits of a positive `f32`, which are ordered
-//! like the numbers. Nodes are finished depth-first, of siblings the one entered first; nodes
+//! There is no second tree. The key of a node is the parameter at which the ray enters its box
+//! ([`Pair::keyed`]). Nodes are finished depth-first, of siblings the one entered first; nodes
 //! entered after the nearest hit are dropped. Triangles of a leaf are tested in `f32` together.
 //! Those that this test cannot exclude are tested in `f64`, one at a time, and exactly if in doubt.
 //!
@@ -39,17 +38,7 @@ impl<'q> Cast<'q> {
 }
 
 /// The node that a ray enters first.
-pub(super) const ROOT: u32 = 0;
-
-/// The pair of a node and the parameter at which the ray enters it.
-pub(super) fn entered(node: u32, enter: f32) -> Pair {
-    Pair::new(node, enter.to_bits())
-}
-
-/// The parameter at which the ray enters the node of a pair.
-pub(super) fn entry(pair: &Pair) -> f32 {
-    f32::from_bits(pair.nodes[1])
-}
+pub(super) const ROOT: Pair = Pair::keyed(0, 0.0);
 
 /// Maximum number of nodes opened in one step, each a child of the previous one.
 const NODES_PER_STEP: u64 = 3;
@@ -73,7 +62,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
     /// Continues with the child entered first, some nodes at a time.
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, _: &mut Keys) {
-        if pair.nodes[0] == ROOT {
+        if pair.nodes[0] == ROOT.nodes[0] {
             self.workspace.run.stats.work += WORK_PER_RAY;
         }
         let mut left = NODES_PER_STEP;
@@ -114,7 +103,7 @@ impl Traversal<'_, '_, Cast<'_>> {
     /// Returns the child entered first; the others are on the stack.
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
-        let (index, entry) = (pair.nodes[0], entry(&pair));
+        let (index, entry) = (pair.nodes[0], pair.key());
         if entry > self.workspace.state.rays.local_ray.to {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
@@ -211,7 +200,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         (state.done, state.after) = (state.done + 1, rest.len() - 1);
         state.local_ray.follow(self.a.unit(), &rest[0]);
         *rays = rest;
-        Some((entered(ROOT, 0.0), Origin::Stack))
+        Some((ROOT, Origin::Stack))
     }
 }
 

@@ -20,7 +20,7 @@ use crate::model::prediction::Quantiles;
 use crate::query::points;
 use crate::tree::Tree;
 use crate::tree::local_ray::LocalRay;
-use cast::{Cast, ROOT, entered, entry};
+use cast::{Cast, ROOT};
 use core::slice;
 use punctual_geom::{Pose, Ray};
 use state::RayState;
@@ -298,7 +298,7 @@ fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, mode: RayMode) {
 
 fn push_root(tree: &Tree, workspace: &mut Workspace) {
     if !tree.nodes().is_empty() {
-        workspace.frontier.push(entered(ROOT, 0.0));
+        workspace.frontier.push(ROOT);
     }
 }
 
@@ -367,7 +367,7 @@ fn advance(
 
 /// Ray parameter before which the run in the workspace has left no hit to find.
 fn open_from(tree: &Tree, workspace: &Workspace, ray: &Ray) -> f64 {
-    let entries = workspace.frontier.iter().map(|pair| entry(&pair));
+    let entries = workspace.frontier.iter().map(|pair| pair.key());
     let candidates = workspace
         .state
         .rays
@@ -413,7 +413,7 @@ pub(crate) fn cast_alone(
         if tree.nodes().is_empty() {
             return Ok(None);
         }
-        workspace.frontier.push(entered(ROOT, 0.0));
+        workspace.frontier.push(ROOT);
     }
     let found = workspace.run.stats.found;
     let stop = advance(tree, workspace, slice::from_ref(ray), deadline);
