@@ -6,7 +6,7 @@
 
 use super::PenetrationQuery;
 use super::directions::normal;
-use super::machine::{Task, Machine, Step};
+use super::machine::{Machine, Step, Task};
 use super::sets::{Pair, Point, unit};
 use glam::DVec3;
 use punctual::intersection::Operand;

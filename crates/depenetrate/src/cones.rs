@@ -2,7 +2,7 @@
 //! split.
 
 use super::cover::{Advance, Cone};
-use super::machine::{Current, Task, Machine, RESOLUTION, STEP, Step};
+use super::machine::{Current, Machine, RESOLUTION, STEP, Step, Task};
 use super::pushes::Push;
 use super::sets::{CONES, WORK_PER_BOX, WORK_PER_SET};
 use core::cmp::Reverse;
@@ -83,7 +83,8 @@ impl Machine<'_, '_, '_> {
     /// Tries some of the known sets.
     pub(super) fn try_sets(&mut self, mut next: usize, mut best: Option<(Advance, usize)>) -> Step {
         let current = self.state.current;
-        let rays = current.and_then(|current| Some((current, current.cone.rays(self.state.rounding)?)));
+        let rays =
+            current.and_then(|current| Some((current, current.cone.rays(self.state.rounding)?)));
         let Some((mut current, rays)) = rays else {
             return Ok(());
         };

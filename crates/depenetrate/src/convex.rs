@@ -8,7 +8,7 @@
 //! `docs/numerics.md`, "Convex bodies".
 
 use super::PenetrationQuery;
-use super::machine::{Task, Machine, STEP, Step};
+use super::machine::{Machine, STEP, Step, Task};
 use super::sets::unit;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;

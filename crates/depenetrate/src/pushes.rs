@@ -4,7 +4,7 @@
 
 use super::cover::Cone;
 use super::directions::{Segments, WORK_PER_SEGMENT};
-use super::machine::{CONTACTS, Task, Machine, STEP, Step};
+use super::machine::{CONTACTS, Machine, STEP, Step, Task};
 use super::sets::{Face, Pair, WORK_TO_LEAVE, unit};
 use arrayvec::ArrayVec;
 use glam::DVec3;

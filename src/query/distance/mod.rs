@@ -241,11 +241,7 @@ impl Ask<Distance> for Query<'_, Distance> {
 
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, _: Budget) {
         workspace.clear();
-        let strategy = Strategy {
-            deepest_first: self.asked.options.depth_first,
-            ..Strategy::NONE
-        };
-        workspace.run.begin(self.key(), strategy);
+        workspace.run.begin(self.key(), Strategy::NONE);
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
@@ -278,7 +274,8 @@ impl Ask<Distance> for Query<'_, Distance> {
         }
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
         let relative = RelativePose::new(self.a, self.b, b_in_a);
-        let question = Nearness::new(&relative, &workspace.state.distance.interval);
+        let mut question = Nearness::new(&relative, &workspace.state.distance.interval);
+        question.depth_first = self.asked.options.depth_first;
         let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
         workspace.bound(f32::INFINITY, relative.unit);
         if let Some(memory) = memory {

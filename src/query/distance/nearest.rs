@@ -35,6 +35,8 @@ pub(crate) struct Nearness {
     direction: Direction,
     /// The least key of a child seen by the dive.
     guess: f32,
+    /// All node pairs go on one stack.
+    pub(super) depth_first: bool,
 }
 
 impl Nearness {
@@ -46,6 +48,7 @@ impl Nearness {
             doubt: 0.0,
             direction,
             guess: f32::INFINITY,
+            depth_first: false,
         };
         distance.update(relative, interval);
         distance
@@ -152,7 +155,7 @@ impl Sink for Traversal<'_, '_, Nearness> {
     fn pairs(&mut self, hits: u64, keys: &Keys, child: impl Fn(u32) -> Pair) {
         let key = |bit| key_of(keys, bit);
         let mut deepest = (0.0, None);
-        let last = if self.strategy.deepest_first {
+        let last = if self.question.depth_first {
             closest(hits, key)
         } else {
             0
@@ -197,9 +200,9 @@ impl Traversal<'_, '_, Nearness> {
                 self.question.guess = key;
                 workspace.state.distance.dive = Some(pair);
             }
-        } else if key > 0.0 || self.strategy.deepest_first {
+        } else if key > 0.0 || self.question.depth_first {
             let search = &mut workspace.state.distance;
-            let bucket = if self.strategy.deepest_first {
+            let bucket = if self.question.depth_first {
                 0
             } else {
                 search.bucket(key, self.question.cut)

@@ -215,50 +215,6 @@ impl<'t> Query<'t, AtPoint> {
     }
 }
 
-impl Ask<AtPoint> for Query<'_, AtPoint> {
-    fn key(&self) -> Key {
-        key(self.a)
-    }
-
-    fn is_in(&self, workspace: &Workspace) -> bool {
-        is_in(
-            workspace,
-            slice::from_ref(&self.asked.point),
-            self.asked.measures,
-        )
-    }
-
-    fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
-        let point = slice::from_ref(&self.asked.point);
-        begin(self.a, workspace, point, self.asked.measures);
-    }
-
-    fn advance(
-        &self,
-        workspace: &mut Workspace,
-        _: Option<&mut PairMemory>,
-        deadline: &mut Deadline,
-    ) -> StopReason {
-        advance(
-            self.a,
-            workspace,
-            slice::from_ref(&self.asked.point),
-            deadline,
-        )
-    }
-
-    fn answer(&self, workspace: &Workspace, _: StopReason) -> PointBounds {
-        match workspace.state.points.found.first() {
-            Some(&bounds) => bounds,
-            None => workspace.point_bounds(self.a, false),
-        }
-    }
-
-    fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
-        (points_left(&batch(self.a, workspace)), None)
-    }
-}
-
 impl<'t, 'p> Query<'t, AtPoints<'p>> {
     /// Asks how often a solid winds around each of many points, and whether they are inside. The
     /// first query for this many points in a workspace allocates room for the answers.
@@ -282,17 +238,60 @@ impl<'t, 'p> Query<'t, AtPoints<'p>> {
     }
 }
 
-impl<'p> Ask<AtPoints<'p>> for Query<'_, AtPoints<'p>> {
-    fn key(&self) -> Key {
-        key(self.a)
+/// A question about one point or many.
+trait Points: Question {
+    /// The points, and true if their distances are asked for.
+    fn points(&self) -> (&[[f64; 3]], bool);
+
+    fn value(workspace: &Workspace, tree: &Tree) -> Self::Value;
+}
+
+impl Points for AtPoint {
+    fn points(&self) -> (&[[f64; 3]], bool) {
+        (slice::from_ref(&self.point), self.measures)
     }
 
+    fn value(workspace: &Workspace, tree: &Tree) -> PointBounds {
+        match workspace.state.points.found.first() {
+            Some(&bounds) => bounds,
+            None => workspace.point_bounds(tree, false),
+        }
+    }
+}
+
+impl Points for AtPoints<'_> {
+    fn points(&self) -> (&[[f64; 3]], bool) {
+        (self.points, self.measures)
+    }
+
+    fn value(workspace: &Workspace, _: &Tree) -> usize {
+        workspace.state.points.found.len()
+    }
+}
+
+impl<Q: Points> Ask<Q> for Query<'_, Q> {
+    fn key(&self) -> Key {
+        Key::new([self.a; 2], Pose::IDENTITY, Asked::Points)
+    }
+
+    /// The last run may have stopped at one of the points, or finished with the last.
     fn is_in(&self, workspace: &Workspace) -> bool {
-        is_in(workspace, self.asked.points, self.asked.measures)
+        let (points, measures) = self.asked.points();
+        let state = &workspace.state.points;
+        let done = state.found.len();
+        let current = done.min(points.len().saturating_sub(1));
+        state.measures == measures
+            && done + state.left == points.len()
+            && points
+                .get(current)
+                .is_none_or(|point| *point == state.point.to_array())
     }
 
     fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
-        begin(self.a, workspace, self.asked.points, self.asked.measures);
+        let (points, measures) = self.asked.points();
+        workspace.clear();
+        workspace.run.begin(self.key(), Strategy::NONE);
+        begin_points(self.a, workspace, points, measures);
     }
 
     fn advance(
@@ -301,30 +300,27 @@ impl<'p> Ask<AtPoints<'p>> for Query<'_, AtPoints<'p>> {
         _: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        advance(self.a, workspace, self.asked.points, deadline)
+        advance(self.a, workspace, self.asked.points().0, deadline)
     }
 
-    fn answer(&self, workspace: &Workspace, _: StopReason) -> usize {
-        workspace.state.points.found.len()
+    fn answer(&self, workspace: &Workspace, _: StopReason) -> Q::Value {
+        Q::value(workspace, self.a)
     }
 
     fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
-        (points_left(&batch(self.a, workspace)), None)
+        let state = &workspace.state.points;
+        let batch = Batch {
+            triangles: self.a.mesh().len() as f64,
+            done: state.found.len() as f64,
+            left: state.left as f64,
+            work: workspace.work() as f64,
+            is_thorough: state.measures,
+        };
+        (points_left(&batch), None)
     }
 }
 
-fn key(tree: &Tree) -> Key {
-    Key::new([tree; 2], Pose::IDENTITY, Asked::Points)
-}
-
-/// Prepares the workspace for the first of the points.
-fn begin(tree: &Tree, workspace: &mut Workspace, points: &[[f64; 3]], measures: bool) {
-    workspace.clear();
-    workspace.run.begin(key(tree), Strategy::NONE);
-    begin_points(tree, workspace, points, measures);
-}
-
-/// The same within the run of another question.
+/// Prepares for the first of the points, alone or within the run of another question.
 pub(crate) fn begin_points(
     tree: &Tree,
     workspace: &mut Workspace,
@@ -353,31 +349,6 @@ pub(crate) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2
         state.reserve_stack();
     }
     state.begin(count, false, DVec3::ZERO);
-}
-
-/// True if the last run in the workspace was about these points: stopped at one of them, or
-/// finished with the last.
-fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
-    let state = &workspace.state.points;
-    let done = state.found.len();
-    let current = done.min(points.len().saturating_sub(1));
-    state.measures == measures
-        && done + state.left == points.len()
-        && points
-            .get(current)
-            .is_none_or(|point| *point == state.point.to_array())
-}
-
-/// What a run about points has done and left.
-fn batch(tree: &Tree, workspace: &Workspace) -> Batch {
-    let state = &workspace.state.points;
-    Batch {
-        triangles: tree.mesh().len() as f64,
-        done: state.found.len() as f64,
-        left: state.left as f64,
-        work: workspace.work() as f64,
-        is_thorough: state.measures,
-    }
 }
 
 /// Continues the run about these points in the workspace until it is over or the deadline stops it.

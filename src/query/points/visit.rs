@@ -76,8 +76,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
             return Some((pair, Origin::Stack));
         }
         // A boundary is visited by tests; all else begins with the root.
-        self.next_phase()
-            .then_some((ROOT, Origin::Stack))
+        self.next_phase().then_some((ROOT, Origin::Stack))
     }
 
     #[inline(always)]
