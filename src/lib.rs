@@ -102,7 +102,7 @@ mod sets;
 pub mod tree;
 
 pub use engine::certificate::Certificate;
-pub use engine::deadline::budget::{Budget, Clock};
+pub use engine::deadline::{Budget, Clock};
 pub use engine::memory::PairMemory;
 pub use engine::options::{Mode, OptionError};
 pub use engine::outcome::{Answer, Stats, StopReason, Verdict};

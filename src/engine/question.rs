@@ -1,11 +1,9 @@
 //! Parts common to all questions: a query runs, continues, and bounds what it may have missed.
 
 use super::certificate::{Certificate, Place};
-use super::deadline::Deadline;
-use super::deadline::budget::Budget;
 use super::deadline::system::ClockedBudget;
-use super::memory::PairMemory;
-use super::memory::told::Sought;
+use super::deadline::{Budget, Deadline};
+use super::memory::{PairMemory, Sought};
 use super::options::OptionError;
 use super::outcome::{Answer, StopReason};
 use super::workspace::{Key, ResumeError, Workspace};

@@ -1,6 +1,6 @@
 //! The choices of a run, made once at its start from the question and the budget.
 
-use super::deadline::budget::Budget;
+use super::deadline::Budget;
 use super::frontier::order::Order;
 use super::options::{Mode, Options};
 use super::triangles::PATIENCE;

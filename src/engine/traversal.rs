@@ -25,8 +25,7 @@
 //! [`point`]: crate::query::points
 //! [`ray`]: crate::query::rays
 
-use super::boxes::flushing;
-use super::boxes::relative_pose::RelativePose;
+use super::boxes::{RelativePose, flushing};
 use super::deadline::Deadline;
 use super::expand::Keys;
 use super::frontier::{Origin, Pair};

@@ -8,8 +8,7 @@
 //! direction is kept for the next frame, in which it usually separates the bodies again. The proof
 //! is in `docs/numerics.md`, "A plane between two surfaces".
 
-use crate::engine::boxes::flushing;
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::{RelativePose, flushing};
 use crate::engine::workspace::Workspace;
 use crate::tree::{Tree, xyz};
 use arrayvec::ArrayVec;

@@ -17,6 +17,7 @@ use crate::tree::{Node, WIDTH, xyz};
 pub(crate) use planes::{Plane, Planes};
 use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis};
 use punctual_geom::triangle::batch::Rows;
+pub(crate) use relative_pose::RelativePose;
 use relative_pose::View;
 use wide::f32x4;
 

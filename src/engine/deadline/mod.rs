@@ -17,7 +17,7 @@ use crate::model::cost::{
     FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART,
     SLOWEST_TO_MEAN, SLOWEST_UNIT,
 };
-use budget::Clock;
+pub use budget::{Budget, Clock};
 use core::time::Duration;
 use punctual_geom::nanoseconds;
 use system::ClockedBudget;

@@ -1,6 +1,6 @@
 //! Orders of visits.
 
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::tree::Node;
 use punctual_geom::named;
 

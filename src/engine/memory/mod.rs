@@ -2,7 +2,7 @@
 
 pub(crate) mod clearance;
 pub(crate) mod identity;
-pub(crate) mod told;
+mod told;
 
 use crate::engine::frontier::PATHS;
 use crate::engine::options::Mode;
@@ -16,7 +16,8 @@ use arrayvec::ArrayVec;
 use clearance::Clearance;
 use identity::ManifoldMemory;
 use punctual_geom::Pose;
-use told::{Sought, Told};
+pub(crate) use told::Sought;
+use told::Told;
 
 /// Maximum number of witnesses of [`Mode::Any`] that are remembered and tested before anything
 /// else: one batch.

@@ -11,10 +11,9 @@ pub(crate) mod contact;
 pub(crate) mod list;
 mod listing;
 
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::engine::certificate::Place;
-use crate::engine::deadline::Deadline;
-use crate::engine::deadline::budget::Budget;
+use crate::engine::deadline::{Budget, Deadline};
 use crate::engine::frontier::Pair;
 use crate::engine::memory::PairMemory;
 use crate::engine::options::{ContactOptions, Mode, OptionError, Options};

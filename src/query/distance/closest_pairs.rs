@@ -17,8 +17,6 @@ use crate::model::cost::{
 };
 use crate::query::contacts::contact::Contact;
 use crate::query::manifolds::manifold::{Shape, Skin, falls_beside};
-use crate::query::manifolds::state::ManifoldState;
-use crate::query::state::State;
 use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
@@ -165,11 +163,8 @@ impl Traversal<'_, '_, Nearness> {
         if low == ONLY_AREA && workspace.state.manifolds.reduction.is_on {
             let trees = [self.a, self.b];
             let of_pair = Corners::of_pair(&mut workspace.corners, trees, self.b_in_a, pair);
-            return workspace
-                .state
-                .manifolds
-                .reduction
-                .take_area(of_pair, &mut workspace.run.stats);
+            let reduction = &mut workspace.state.manifolds.reduction;
+            return reduction.take_area(of_pair, &mut workspace.run.stats);
         }
         let interval = &mut workspace.state.distance.interval;
         let is_settled = interval
@@ -218,17 +213,9 @@ impl Traversal<'_, '_, Nearness> {
             state,
             ..
         } = &mut *self.workspace;
-        let State {
-            distance: search,
-            contacts,
-            manifolds:
-                ManifoldState {
-                    reduction,
-                    overlaps,
-                    ..
-                },
-            ..
-        } = state;
+        let (search, contacts) = (&mut state.distance, &mut state.contacts);
+        let manifolds = &mut state.manifolds;
+        let (reduction, overlaps) = (&mut manifolds.reduction, &mut manifolds.overlaps);
         let (trees, pair) = ([self.a, self.b], proposed.pair);
         let of_pair @ [a, b] = Corners::of_pair(corners, trees, self.b_in_a, pair);
         let (triangles, stats) = (ids(trees, pair), &mut run.stats);

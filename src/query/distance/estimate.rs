@@ -1,8 +1,7 @@
 //! Predicts the cost of a distance query, and estimates what a stopped one leaves open.
 
 use super::Distance;
-use crate::engine::memory::PairMemory;
-use crate::engine::memory::told::Sought;
+use crate::engine::memory::{PairMemory, Sought};
 use crate::engine::question::Query;
 use crate::engine::workspace::{ResumeError, Workspace};
 use crate::model::closing::{self, Closing};

@@ -10,10 +10,9 @@ pub(crate) mod search;
 #[cfg(all(test, feature = "std"))]
 mod triangle_bounds_tests;
 
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::engine::certificate::Place;
-use crate::engine::deadline::Deadline;
-use crate::engine::deadline::budget::Budget;
+use crate::engine::deadline::{Budget, Deadline};
 use crate::engine::frontier::Pair;
 use crate::engine::memory::PairMemory;
 use crate::engine::options::{DistanceOptions, OptionError, thickness};

@@ -13,7 +13,7 @@
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
 use super::search::{Bounded, DIVE, root};
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::engine::expand::{Keys, Sink, expand, key_of};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
@@ -67,14 +67,9 @@ impl Nearness {
 impl Visitor for Traversal<'_, '_, Nearness> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        if self
-            .workspace
-            .state
-            .distance
-            .halves
-            .is_due(self.workspace.run.stats.work)
-            && !self.workspace.frontier.is_empty()
-        {
+        let workspace = &*self.workspace;
+        let is_due = workspace.state.distance.halves.is_due(workspace.work());
+        if is_due && !workspace.frontier.is_empty() {
             self.look_for_plane();
         }
         let search = &mut self.workspace.state.distance;

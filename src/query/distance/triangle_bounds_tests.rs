@@ -5,7 +5,7 @@ use core::cmp::Ordering;
 use std::vec::Vec;
 
 use super::closest_pairs::CLOSE;
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::mesh::Mesh;
 use crate::tree::{BuildOptions, Tree, WIDTH};
 use glam::{DMat3, DQuat, DVec3};

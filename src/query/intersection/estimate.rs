@@ -6,10 +6,9 @@
 
 use super::Intersection;
 use super::probe::Probe;
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::engine::frontier::Pair;
-use crate::engine::memory::PairMemory;
-use crate::engine::memory::told::Sought;
+use crate::engine::memory::{PairMemory, Sought};
 use crate::engine::options::Mode;
 use crate::engine::question::Query;
 use crate::engine::strategy::Tracing;

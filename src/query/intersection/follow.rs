@@ -88,13 +88,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
             end.follows = end.curve.begin(lanes, side, edge);
         }
         if crossings != 0 {
-            let _ = self
-                .workspace
-                .state
-                .intersection
-                .trace
-                .hits
-                .try_push((pair, crossings));
+            let trace = &mut self.workspace.state.intersection.trace;
+            let _ = trace.hits.try_push((pair, crossings));
         }
     }
 
@@ -134,14 +129,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
             };
             let mut next = pair;
             next[side] = across;
-            if !self
-                .workspace
-                .state
-                .intersection
-                .trace
-                .known
-                .has(first(trees, next), next)
-            {
+            let known = &self.workspace.state.intersection.trace.known;
+            if !known.has(first(trees, next), next) {
                 return Some((side, edge));
             }
         }

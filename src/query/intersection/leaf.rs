@@ -12,7 +12,6 @@ use crate::model::cost::{
 };
 use crate::query::contacts::contact::{Contact, face_normal};
 use crate::query::manifolds::manifold::Shape;
-use crate::query::manifolds::state::ManifoldState;
 use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
@@ -161,11 +160,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
                 trees,
                 b_in_a: self.b_in_a,
             };
-            let ManifoldState {
-                reduction,
-                overlaps,
-                ..
-            } = manifolds;
+            let (reduction, overlaps) = (&mut manifolds.reduction, &mut manifolds.overlaps);
             if !reduction.take_near(shape, pair, of_pair, overlaps, contacts, stats) {
                 self.workspace.uncertain.push(pair);
             }
@@ -198,23 +193,14 @@ impl Traversal<'_, '_, Meeting<'_>> {
             workspace.run.strategy = self.strategy;
             workspace.frontier.end_ranking();
         }
-        if self.strategy.trace.goes_on()
-            && !workspace
-                .state
-                .intersection
-                .trace
-                .note([self.a, self.b], pair, crossings())
-        {
+        let (trees, state) = ([self.a, self.b], &mut workspace.state.intersection);
+        if self.strategy.trace.goes_on() && !state.trace.note(trees, pair, crossings()) {
             return;
         }
-        let ids = ids([self.a, self.b], pair);
-        workspace
-            .state
-            .intersection
-            .sample
-            .note(pair, workspace.run.stats.found);
+        let ids = ids(trees, pair);
+        state.sample.note(pair, workspace.run.stats.found);
         workspace.run.stats.found += 1;
         workspace.run.witness.get_or_insert(ids);
-        workspace.state.intersection.found.push(ids);
+        state.found.push(ids);
     }
 }

@@ -15,10 +15,9 @@ mod probe;
 pub(crate) mod state;
 pub(crate) mod trace;
 
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::engine::certificate::Place;
-use crate::engine::deadline::Deadline;
-use crate::engine::deadline::budget::Budget;
+use crate::engine::deadline::{Budget, Deadline};
 use crate::engine::frontier::Pair;
 use crate::engine::frontier::order::Order;
 use crate::engine::memory::{Before, PairMemory, WITNESSES};
@@ -166,11 +165,10 @@ impl<'t> Query<'t, Intersection> {
         let witnesses = remembered.map_or(&[][..], PairMemory::witnesses);
         match strategy.warm_start {
             WarmStart::None => {}
-            WarmStart::Paths => workspace
-                .state
-                .intersection
-                .witnesses
-                .extend(witnesses.iter().copied()),
+            WarmStart::Paths => {
+                let known = &mut workspace.state.intersection.witnesses;
+                known.extend(witnesses.iter().copied());
+            }
             WarmStart::Witnesses => {
                 // Queued like other triangle pairs, so they are tested first.
                 let latest = &witnesses[..witnesses.len().min(WITNESSES)];

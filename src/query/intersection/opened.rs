@@ -2,7 +2,7 @@
 //! in every order.
 
 use super::probe::Children;
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::engine::frontier::Pair;
 use crate::tree::Tree;
 use alloc::vec::Vec;

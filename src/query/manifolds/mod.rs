@@ -9,11 +9,10 @@ pub(crate) mod manifold;
 pub(crate) mod overlaps;
 pub(crate) mod state;
 
-use crate::engine::deadline::Deadline;
-use crate::engine::deadline::budget::Budget;
+use crate::engine::deadline::{Budget, Deadline};
 use crate::engine::memory::PairMemory;
+use crate::engine::memory::Sought;
 use crate::engine::memory::identity::{Before, ManifoldMemory};
-use crate::engine::memory::told::Sought;
 use crate::engine::options::{ContactOptions, OptionError};
 use crate::engine::outcome::Operand;
 use crate::engine::outcome::StopReason;
@@ -22,12 +21,10 @@ use crate::engine::workspace::{Asked, Containment, Key, Workspace};
 use crate::model::cost::{WORK_PER_RAY, WORK_PER_RAY_TEST};
 use crate::model::listing::manifolds_left;
 use crate::model::prediction::Quantiles;
-use crate::query::state::State;
 use crate::tree::Tree;
 use core::mem;
 use manifold::{Manifold, Shape, number};
 use punctual_geom::Pose;
-use state::ManifoldState;
 
 /// Asks for the contact manifolds of two surfaces ([`Query::manifolds`]): what a solver needs to
 /// keep two bodies apart.
@@ -188,12 +185,8 @@ impl<'t> Query<'t, Manifolds> {
         all.clear();
         all.extend_from_slice(workspace.state.manifolds.overlaps.manifolds());
         let before = Before::new(memory.as_deref(), to_b, self.size());
-        workspace
-            .state
-            .manifolds
-            .reduction
-            .skin
-            .tell(&mut all, before);
+        let reduction = &workspace.state.manifolds.reduction;
+        reduction.skin.tell(&mut all, before);
         number(&mut all);
         // A stable sort would allocate.
         all.sort_unstable_by(|x: &Manifold, y| {
@@ -219,19 +212,12 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget) {
         self.contacts_question().begin(workspace, memory, budget);
         workspace.run.key = Some(self.key());
-        let State {
-            contacts,
-            manifolds:
-                ManifoldState {
-                    reduction,
-                    overlaps,
-                    ..
-                },
-            ..
-        } = &mut workspace.state;
+        let room = workspace.state.contacts.capacity();
+        let state = &mut workspace.state.manifolds;
         let width = self.asked.options.margin;
+        let (reduction, overlaps) = (&mut state.reduction, &mut state.overlaps);
         reduction.begin(width, self.size(), self.shape(), overlaps);
-        overlaps.reserve(contacts.capacity());
+        overlaps.reserve(room);
     }
 
     fn advance(

@@ -2,8 +2,7 @@
 //! ([`Query::remaining`]).
 
 use super::Impact;
-use crate::engine::memory::PairMemory;
-use crate::engine::memory::told::Sought;
+use crate::engine::memory::{PairMemory, Sought};
 use crate::engine::question::Query;
 use crate::model::passing::{self, Passing};
 use crate::model::prediction::Quantiles;

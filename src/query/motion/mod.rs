@@ -12,13 +12,11 @@ pub(crate) mod state;
 mod sweep;
 mod windows;
 
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::RelativePose;
 use crate::engine::certificate::Place;
-use crate::engine::deadline::Deadline;
-use crate::engine::deadline::budget::Budget;
+use crate::engine::deadline::{Budget, Deadline};
 use crate::engine::frontier::Pair;
-use crate::engine::memory::PairMemory;
-use crate::engine::memory::told::Sought;
+use crate::engine::memory::{PairMemory, Sought};
 use crate::engine::options::{MotionOptions, OptionError, thickness};
 use crate::engine::outcome::Operand;
 use crate::engine::outcome::StopReason;
@@ -164,11 +162,8 @@ impl<'t> Query<'t, Impact> {
     /// Proven upper bound, from the run in the workspace, of the distance of the first contact's
     /// triangles at its time. 0 only if they intersect.
     pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
-        workspace
-            .state
-            .motion
-            .contact()
-            .map_or(f64::INFINITY, |contact| contact.distance)
+        let contact = workspace.state.motion.contact();
+        contact.map_or(f64::INFINITY, |contact| contact.distance)
     }
 
     fn relative_motion(&self) -> RelativeMotion<'_> {

@@ -76,10 +76,8 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
                     // All others that wait reach the cut too.
                     workspace.frontier.clear_queue();
                 }
-                return workspace
-                    .state
-                    .motion
-                    .pass(question.setting.substep.time(least));
+                let time = question.setting.substep.time(least);
+                return workspace.state.motion.pass(time);
             }
             // A pair that the full queue puts on the stack loses its bound.
             if workspace.frontier.room() < WIDTH * WIDTH {

@@ -7,8 +7,7 @@
 //! Only closed solids contain something. A vertex outside of the other mesh's box takes no ray.
 
 use super::{Locate, Source, begin_samples};
-use crate::engine::boxes::flushing;
-use crate::engine::boxes::relative_pose::RelativePose;
+use crate::engine::boxes::{RelativePose, flushing};
 use crate::engine::deadline::Deadline;
 use crate::engine::outcome::{Operand, StopReason};
 use crate::engine::question::Query;

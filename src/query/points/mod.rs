@@ -10,10 +10,8 @@ mod rim;
 pub(crate) mod state;
 mod visit;
 
-use crate::engine::boxes::flushing;
-use crate::engine::boxes::relative_pose::RelativePose;
-use crate::engine::deadline::Deadline;
-use crate::engine::deadline::budget::Budget;
+use crate::engine::boxes::{RelativePose, flushing};
+use crate::engine::deadline::{Budget, Deadline};
 use crate::engine::memory::PairMemory;
 use crate::engine::outcome::StopReason;
 use crate::engine::question::{Ask, Query, Question};
@@ -169,26 +167,6 @@ impl fmt::Display for PointError {
 
 impl core::error::Error for PointError {}
 
-fn check(tree: &Tree, points: &[[f64; 3]]) -> Result<(), PointError> {
-    if tree.solid().is_none() {
-        return Err(PointError::NotSolid);
-    }
-    // A comparison with NaN is false.
-    let is_good = |x: &f64| x.abs() <= COORDINATE_LIMIT;
-    let bad = points.as_flattened().iter().position(|x| !is_good(x));
-    match bad {
-        None => Ok(()),
-        Some(at) => {
-            let (point, axis) = (at / 3, at % 3);
-            Err(if points[point][axis].is_finite() {
-                PointError::TooLarge { point, axis }
-            } else {
-                PointError::NotFinite { point, axis }
-            })
-        }
-    }
-}
-
 impl<'t> Query<'t, AtPoint> {
     /// Asks how often a solid winds around a point, and whether the point is inside. The point is
     /// in the frame of the tree's mesh.
@@ -198,7 +176,8 @@ impl<'t> Query<'t, AtPoint> {
     /// # Errors
     /// [`PointError`], with 0 as the index of the point.
     pub fn winding(tree: &'t Tree, point: impl Into<[f64; 3]>) -> Result<Self, PointError> {
-        Self::at(tree, point.into(), false)
+        let (point, measures) = (point.into(), false);
+        AtPoint { point, measures }.about(tree)
     }
 
     /// Asks for the signed distance too: negative inside.
@@ -206,12 +185,8 @@ impl<'t> Query<'t, AtPoint> {
     /// # Errors
     /// [`PointError`], with 0 as the index of the point.
     pub fn signed_distance(tree: &'t Tree, point: impl Into<[f64; 3]>) -> Result<Self, PointError> {
-        Self::at(tree, point.into(), true)
-    }
-
-    fn at(tree: &'t Tree, point: [f64; 3], measures: bool) -> Result<Self, PointError> {
-        check(tree, slice::from_ref(&point))?;
-        Ok(Self::of([tree; 2], AtPoint { point, measures }))
+        let (point, measures) = (point.into(), true);
+        AtPoint { point, measures }.about(tree)
     }
 }
 
@@ -222,9 +197,8 @@ impl<'t, 'p> Query<'t, AtPoints<'p>> {
     /// # Errors
     /// [`PointError`].
     pub fn windings(tree: &'t Tree, points: &'p [[f64; 3]]) -> Result<Self, PointError> {
-        check(tree, points)?;
         let measures = false;
-        Ok(Self::of([tree; 2], AtPoints { points, measures }))
+        AtPoints { points, measures }.about(tree)
     }
 
     /// Asks for the signed distances too.
@@ -232,18 +206,34 @@ impl<'t, 'p> Query<'t, AtPoints<'p>> {
     /// # Errors
     /// [`PointError`].
     pub fn signed_distances(tree: &'t Tree, points: &'p [[f64; 3]]) -> Result<Self, PointError> {
-        check(tree, points)?;
         let measures = true;
-        Ok(Self::of([tree; 2], AtPoints { points, measures }))
+        AtPoints { points, measures }.about(tree)
     }
 }
 
 /// A question about one point or many.
-trait Points: Question {
+trait Points: Question + Sized {
     /// The points, and true if their distances are asked for.
     fn points(&self) -> (&[[f64; 3]], bool);
 
     fn value(workspace: &Workspace, tree: &Tree) -> Self::Value;
+
+    fn about(self, tree: &Tree) -> Result<Query<'_, Self>, PointError> {
+        if tree.solid().is_none() {
+            return Err(PointError::NotSolid);
+        }
+        let points = self.points().0;
+        // A comparison with NaN is false.
+        let is_good = |x: &f64| x.abs() <= COORDINATE_LIMIT;
+        let bad = points.as_flattened().iter().position(|x| !is_good(x));
+        match bad.map(|at| (at / 3, at % 3)) {
+            None => Ok(Query::of([tree; 2], self)),
+            Some((point, axis)) if points[point][axis].is_finite() => {
+                Err(PointError::TooLarge { point, axis })
+            }
+            Some((point, axis)) => Err(PointError::NotFinite { point, axis }),
+        }
+    }
 }
 
 impl Points for AtPoint {

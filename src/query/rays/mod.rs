@@ -5,10 +5,8 @@
 mod cast;
 pub(crate) mod state;
 
-use crate::engine::boxes::flushing;
-use crate::engine::boxes::relative_pose::RelativePose;
-use crate::engine::deadline::Deadline;
-use crate::engine::deadline::budget::Budget;
+use crate::engine::boxes::{RelativePose, flushing};
+use crate::engine::deadline::{Budget, Deadline};
 use crate::engine::memory::PairMemory;
 use crate::engine::outcome::StopReason;
 use crate::engine::question::{Ask, Query, Question};
@@ -170,12 +168,8 @@ impl Ask<RayCast> for Query<'_, RayCast> {
         };
         let hit = workspace.state.rays.hit;
         let free_until = mode.free_until(ray, hit, open);
-        let starts_inside = workspace
-            .state
-            .points
-            .found
-            .first()
-            .and_then(|found| found.inside);
+        let origin = workspace.state.points.found.first();
+        let starts_inside = origin.and_then(|found| found.inside);
         RayBounds {
             hit,
             free_until,
@@ -185,10 +179,7 @@ impl Ask<RayCast> for Query<'_, RayCast> {
 
     fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
         let is_thorough = self.asked.mode == RayMode::All;
-        (
-            rays_left(&workspace.batch_of_rays(self.a, 1, is_thorough)),
-            None,
-        )
+        (workspace.rays_left(self.a, 1, is_thorough), None)
     }
 }
 
@@ -270,10 +261,8 @@ impl<'r> Ask<Rays<'r>> for Query<'_, Rays<'r>> {
     }
 
     fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
-        (
-            rays_left(&workspace.batch_of_rays(self.a, self.asked.rays.len(), false)),
-            None,
-        )
+        let count = self.asked.rays.len();
+        (workspace.rays_left(self.a, count, false), None)
     }
 }
 
@@ -313,16 +302,17 @@ fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
 }
 
 impl Workspace {
-    /// What a run of `count` rays has done and left.
-    fn batch_of_rays(&self, tree: &Tree, count: usize, is_thorough: bool) -> Batch {
+    /// The work that a run of `count` rays has left.
+    fn rays_left(&self, tree: &Tree, count: usize, is_thorough: bool) -> Quantiles {
         let done = self.state.rays.done.min(count);
-        Batch {
+        let batch = Batch {
             triangles: tree.mesh().len() as f64,
             done: done as f64,
             left: (count - done) as f64,
             work: self.work() as f64,
             is_thorough,
-        }
+        };
+        rays_left(&batch)
     }
 }
 
@@ -368,12 +358,8 @@ fn advance(
 /// Ray parameter before which the run in the workspace has left no hit to find.
 fn open_from(tree: &Tree, workspace: &Workspace, ray: &Ray) -> f64 {
     let entries = workspace.frontier.iter().map(|pair| pair.key());
-    let candidates = workspace
-        .state
-        .rays
-        .candidates
-        .iter()
-        .map(|candidate| candidate.enter);
+    let candidates = workspace.state.rays.candidates.iter();
+    let candidates = candidates.map(|candidate| candidate.enter);
     let first = entries.chain(candidates).fold(f32::INFINITY, f32::min);
     LocalRay::new(tree.unit(), ray).t(first)
 }
