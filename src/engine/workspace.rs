@@ -200,7 +200,7 @@ impl Workspace {
         self.run.key = None;
     }
 
-    /// Work of the last query, including resumed calls.
+    /// [`Stats::work`] of the last query.
     pub fn work(&self) -> u64 {
         self.run.stats.work
     }
@@ -215,12 +215,13 @@ impl Workspace {
         self.run.stats.found
     }
 
-    /// The verdict of the last query, which ended for this reason.
+    /// The verdict of the last query, which ended for this reason, if it was an intersection. It
+    /// is about the surfaces, whether the bodies are solids or not.
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         self.run.verdict(stop)
     }
 
-    /// Work of the last query.
+    /// The effort of the last query, resumed calls included.
     #[inline]
     pub fn stats(&self) -> Stats {
         Stats {

@@ -373,7 +373,7 @@ impl Tree {
         !self.extremes.is_empty()
     }
 
-    /// Input ids of the triangles, in tree order.
+    /// Input ids of the triangles, in tree order: leaf by leaf.
     pub fn ids(&self) -> &[u32] {
         &self.ids
     }

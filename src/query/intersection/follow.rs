@@ -43,12 +43,13 @@ impl Traversal<'_, '_, Meeting<'_>> {
         self.workspace.state.intersection.trace.work += self.workspace.run.stats.work - before;
     }
 
-    /// Begins at the latest hit, or traces two ends, or the last one, through a few pairs.
+    /// Starts curves at the latest hit if an end is free; else advances the active ends by a few
+    /// pairs.
     #[inline(always)]
     fn trace<L: Lanes>(&mut self, lanes: L) {
         let Trace { hits, ends, .. } = &self.workspace.state.intersection.trace;
         if !(ends[0].follows && ends[1].follows || hits.is_empty()) {
-            return self.begin_march(lanes);
+            return self.begin_trace(lanes);
         }
         let mut at = usize::from(!ends[0].follows);
         let other = usize::from(ends[0].follows && ends[1].follows);
@@ -61,10 +62,10 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Begins at edges of the latest hit beyond which the pair is unknown: as many as ends are
-    /// free.
+    /// Starts a curve for each free end, at an edge of the latest hit beyond which the pair is
+    /// unknown.
     #[inline(always)]
-    fn begin_march<L: Lanes>(&mut self, lanes: L) {
+    fn begin_trace<L: Lanes>(&mut self, lanes: L) {
         let Some((pair, mut crossings)) = self.workspace.state.intersection.trace.hits.pop() else {
             return;
         };

@@ -191,9 +191,9 @@ impl Traversal<'_, '_, Sweep<'_>> {
         }
     }
 
-    /// Children that were dropped, of a parent with the known bound `known`, have at least that
-    /// bound and at least the cut, if the cut is that of a contact and not the end of the substep.
-    /// So the result is never less than what an earlier, stopped call has proven.
+    /// Raises the time until which the motion is free to the larger of `known`, the bound of the
+    /// parent, and the cut, if a contact made the cut: dropped children meet no earlier. So the
+    /// result is never less than what an earlier, stopped call has proven.
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
         if self.workspace.state.motion.contact().is_some() {

@@ -177,7 +177,7 @@ impl Turn {
         edges: 0,
     };
 
-    /// Multiplies by numbers whose errors are some roundings of `size`.
+    /// Multiplies the product; the error of each factor is a few roundings of `size`.
     #[inline(always)]
     fn multiply<L: Lanes>(&mut self, [re, im]: [D4<L>; 2], size: D4<L>, [zero, one]: [D4<L>; 2]) {
         let lanes = zero.lanes();
