@@ -1,9 +1,9 @@
 //! Penetration depth: how far one body has to move until it no longer penetrates another, as an
 //! interval with both ends proven, and a push (a translation) that separates them.
 //!
-//! It is a caller of [`Query`]. Contacts give directions, bisection the least length along each,
-//! and the faces of obstacles better directions: `high` is the length of the shortest push after
-//! which an exact query, or a plane, finds the bodies apart. `low` comes from a cover of the
+//! It is a caller of [`punctual::Query`]. Contacts give directions, bisection the least length along
+//! each, and the faces of obstacles better directions: `high` is the length of the shortest push
+//! after which an exact query, or a plane, finds the bodies apart. `low` comes from a cover of the
 //! shorter translations: it is the least radius of the cones around 0. The search advances the cone
 //! with the least radius by a set that it knows. If none helps, it asks what blocks a push along
 //! the middle of the cone: either nothing does, and the push is shorter than the best, or two
