@@ -16,5 +16,5 @@ pub use crate::model::prediction::{
 };
 pub use crate::model::tracker::Tracker;
 pub use crate::model::visits::pair_cost;
-pub use crate::query::opened::{OpenedPair, opened_pairs};
+pub use crate::query::intersection::opened::{OpenedPair, opened_pairs};
 pub use punctual_geom::random::Random;

@@ -88,7 +88,6 @@ compile_error!(
     "punctual needs SSE2 on x86: x87 rounds differently, so bounds and answers could be false"
 );
 
-mod contact;
 pub mod engine;
 #[cfg(any(doc, doctest))]
 pub mod guide;
@@ -102,6 +101,13 @@ mod room;
 mod sets;
 pub mod tree;
 
+pub use engine::certificate::Certificate;
+pub use engine::deadline::{Budget, Clock};
+pub use engine::memory::PairMemory;
+pub use engine::options::{Mode, OptionError};
+pub use engine::outcome::{Answer, Stats, StopReason, Verdict};
+pub use engine::question::Query;
+pub use engine::workspace::{ResumeError, Workspace};
 /// The version of glam whose vectors and matrices the results contain.
 ///
 /// The arguments of a [`Pose`], a [`Mesh`] or a shape may be of any glam version, or plain arrays.
@@ -112,10 +118,6 @@ pub use mesh::{Mesh, MeshError, shapes};
 #[doc(no_inline)]
 pub use punctual_geom as geom;
 pub use punctual_geom::{Aabb, Motion, Pose, PoseError, Ray};
-pub use query::{
-    Answer, Budget, Certificate, Clock, Mode, OptionError, PairMemory, Query, ResumeError, Stats,
-    StopReason, Verdict, Workspace,
-};
 pub use tree::{BuildOptions, Tree};
 
 /// Clocks that measure the time of a [`Budget`].
@@ -124,44 +126,55 @@ pub mod clock {
         feature = "std",
         not(all(target_family = "wasm", target_os = "unknown"))
     ))]
-    pub use crate::query::system::SystemClock;
-    pub use crate::query::{Clock, ClockedBudget, ManualClock};
+    pub use crate::engine::deadline::system::SystemClock;
+    pub use crate::engine::deadline::{
+        budget::{Clock, ManualClock},
+        system::ClockedBudget,
+    };
 }
 
 /// Which triangles of two surfaces intersect: [`Query::intersection`], [`Query::all_pairs`].
 pub mod intersection {
-    pub use crate::query::{Intersection, Mode, Operand, Order, Verdict};
+    pub use crate::engine::frontier::order::Order;
+    pub use crate::engine::options::Mode;
+    pub use crate::engine::outcome::{Operand, Verdict};
+    pub use crate::query::intersection::Intersection;
 }
 
 /// The distance of two surfaces, with bounds: [`Query::distance`].
 pub mod distance {
-    pub use crate::query::{Bounds, Distance, DistanceEstimate, Nearest};
+    pub use crate::query::distance::estimate::DistanceEstimate;
+    pub use crate::query::distance::{Bounds, Distance, Nearest};
 }
 
 /// Contacts, and manifolds of them for a solver: [`Query::contacts`], [`Query::manifolds`].
 pub mod contacts {
-    pub use crate::contact::{Contact, Manifold, ManifoldPoint};
-    pub use crate::query::{ContactBounds, Contacts, ManifoldBounds, Manifolds, REGION_LIMIT};
+    pub use crate::query::contacts::contact::Contact;
+    pub use crate::query::contacts::{ContactBounds, Contacts};
+    pub use crate::query::manifolds::manifold::{Manifold, ManifoldPoint};
+    pub use crate::query::manifolds::overlaps::REGION_LIMIT;
+    pub use crate::query::manifolds::{ManifoldBounds, Manifolds};
 }
 
 /// Time of impact of a body that moves: [`Query::impact`].
 pub mod impact {
-    pub use crate::query::{Impact, TimeOfImpact};
+    pub use crate::query::motion::{Impact, TimeOfImpact};
 }
 
 /// Ray casts: [`Query::ray`], [`Query::rays`].
 pub mod rays {
-    pub use crate::query::{RayBounds, RayCast, RayHit, RayMode, Rays};
+    pub use crate::query::rays::{RayBounds, RayCast, RayHit, RayMode, Rays};
     pub use punctual_geom::Side;
 }
 
 /// Points and solids: [`Query::winding`], [`Query::signed_distance`].
 pub mod points {
-    pub use crate::query::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
+    pub use crate::query::points::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 }
 
 /// What a query will cost, what a stopped one has found, and the unit of work.
 pub mod prediction {
+    pub use crate::engine::question::Remaining;
     pub use crate::model::calibration::Calibration;
     pub use crate::model::confidence::{DEFAULT_PRIOR, History};
     pub use crate::model::cost::{
@@ -169,5 +182,5 @@ pub mod prediction {
         WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
     };
     pub use crate::model::prediction::Quantiles;
-    pub use crate::query::{Estimate, Prediction, Remaining};
+    pub use crate::query::intersection::estimate::{Estimate, Prediction};
 }

@@ -29,7 +29,6 @@ const _: () = assert!(WIDTH == 8);
 impl Tree {
     /// The triangle behind an edge of a triangle (tree order), if there is one. The edge goes from
     /// corner `edge` to the next.
-    #[doc(hidden)]
     #[inline(always)]
     pub fn across(&self, triangle: u32, edge: usize) -> Option<u32> {
         let next = self.neighbors[triangle as usize][edge] >> 3;
@@ -38,7 +37,6 @@ impl Tree {
 
     /// The vertex of the triangle `next` that is not on the edge it shares with `triangle` (both in
     /// tree order). `apex` is the vertex of `triangle` that is not on that edge.
-    #[doc(hidden)]
     #[inline(always)]
     pub fn vertex_across(&self, triangle: u32, apex: u32, next: u32) -> u32 {
         let [[a, b, c], [p, q, r]] = [triangle, next].map(|at| self.vertices_of(at));

@@ -40,7 +40,7 @@ pub(super) struct Inner {
     pub count: u32,
 }
 
-/// The nodes below some inner node, as ranges of a plan: one job for a thread.
+/// The nodes below some inner node, as ranges of a plan: one task for a thread.
 pub(super) struct Part {
     pub nodes: Range<usize>,
     pub inner: Range<usize>,

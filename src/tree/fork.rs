@@ -64,13 +64,13 @@ impl Pieces {
         self.each(both.into(), |one| one());
     }
 
-    /// Runs all jobs. Each thread takes the next job when it has finished one.
-    pub fn each<J: Send>(self, jobs: Vec<J>, work: impl Fn(J) + Sync) {
-        let threads = self.threads.min(jobs.len());
+    /// Runs all tasks. Each thread takes the next task when it has finished one.
+    pub fn each<T: Send>(self, tasks: Vec<T>, work: impl Fn(T) + Sync) {
+        let threads = self.threads.min(tasks.len());
         if threads < 2 {
-            jobs.into_iter().for_each(work)
+            tasks.into_iter().for_each(work)
         } else {
-            share(threads, jobs, &work)
+            share(threads, tasks, &work)
         }
     }
 }
@@ -94,17 +94,17 @@ pub(super) fn split<T>(
 }
 
 #[cfg(not(feature = "parallel"))]
-fn share<J>(_: usize, jobs: Vec<J>, work: &impl Fn(J)) {
-    jobs.into_iter().for_each(work);
+fn share<T>(_: usize, tasks: Vec<T>, work: &impl Fn(T)) {
+    tasks.into_iter().for_each(work);
 }
 
 #[cfg(feature = "parallel")]
-fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
-    let jobs = std::sync::Mutex::new(jobs.into_iter());
-    let next = || jobs.lock().ok()?.next();
+fn share<T: Send>(threads: usize, tasks: Vec<T>, work: &(impl Fn(T) + Sync)) {
+    let tasks = std::sync::Mutex::new(tasks.into_iter());
+    let next = || tasks.lock().ok()?.next();
     let run = || {
-        while let Some(job) = next() {
-            work(job);
+        while let Some(task) = next() {
+            work(task);
         }
     };
     let done = crossbeam_utils::thread::scope(|scope| {

@@ -44,7 +44,6 @@ mod update;
 mod validate;
 mod wide;
 
-#[doc(hidden)]
 pub use convex::Convex;
 pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
@@ -202,9 +201,10 @@ impl Tree {
         options: &BuildOptions,
     ) -> Self {
         let neighbors = adjacency::neighbors(&corners, &nodes);
-        let extremes = match options.extremes {
-            true => Extremes::of(&mesh, &unit, &corners),
-            false => Extremes::default(),
+        let extremes = if options.extremes {
+            Extremes::of(&mesh, &unit, &corners)
+        } else {
+            Extremes::default()
         };
         let (built_cost, identity) = (profiles.cost, next_identity());
         let lineage = identity;
@@ -327,7 +327,6 @@ impl Tree {
     }
 
     /// The corners of a triangle (in tree order), as [`Mesh::triangle`] returns them.
-    #[doc(hidden)]
     #[inline]
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         // Written out, because `map` compiles to a call.
@@ -340,7 +339,6 @@ impl Tree {
     }
 
     /// The vertex indices of a triangle (in tree order).
-    #[doc(hidden)]
     #[inline(always)]
     pub fn vertices_of(&self, triangle: u32) -> [u32; 3] {
         self.corners[triangle as usize]
@@ -375,21 +373,18 @@ impl Tree {
         !self.extremes.is_empty()
     }
 
-    /// Input ids of the triangles, in tree order.
-    #[doc(hidden)]
+    /// Input ids of the triangles, in tree order: leaf by leaf.
     pub fn ids(&self) -> &[u32] {
         &self.ids
     }
 
     /// A number that differs between any two trees built or refitted in this process, except
     /// clones.
-    #[doc(hidden)]
     pub fn identity(&self) -> usize {
         self.identity
     }
 
     /// The identity from the build. Trees that share it have the same triangles in the same order.
-    #[doc(hidden)]
     pub fn lineage(&self) -> usize {
         self.lineage
     }

@@ -25,12 +25,12 @@ impl Placed {
         let mut corners = alloc::vec![[0; 3]; ids.len()].into_boxed_slice();
         let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); ids.len()].into_boxed_slice();
         let size = pieces.size(ids.len());
-        let jobs = ids
+        let tasks = ids
             .chunks(size)
             .zip(corners.chunks_mut(size))
             .zip(triangles.chunks_mut(size))
             .collect();
-        pieces.each(jobs, |((ids, corners), triangles)| {
+        pieces.each(tasks, |((ids, corners), triangles)| {
             ids.iter()
                 .zip(&mut *corners)
                 .for_each(|(&id, corners)| *corners = mesh.triangles()[id as usize]);
@@ -60,8 +60,8 @@ impl Unit {
             .map(|axis| f32x4::new(axis.extend(0.0).to_array()));
         let size = pieces.size(mesh.len());
         let corners = mesh.triangles().chunks(size);
-        let jobs = corners.zip(bounds.chunks_mut(size)).enumerate().collect();
-        pieces.each(jobs, |(number, (corners, made))| {
+        let tasks = corners.zip(bounds.chunks_mut(size)).enumerate().collect();
+        pieces.each(tasks, |(number, (corners, made))| {
             Instructions::detect().run(Convert {
                 unit: self,
                 mesh,

@@ -180,13 +180,11 @@ impl Solidity {
     }
 
     /// Component of a triangle (tree order).
-    #[doc(hidden)]
-    pub fn component_of(&self, triangle: u32) -> u32 {
+    pub(crate) fn component_of(&self, triangle: u32) -> u32 {
         of(&self.component_of, triangle as usize) as u32
     }
 
     /// What is known of each component that is convex.
-    #[doc(hidden)]
     pub fn convex(&self) -> &[Option<Convex>] {
         &self.convex
     }

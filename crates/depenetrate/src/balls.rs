@@ -6,7 +6,7 @@
 
 use super::PenetrationQuery;
 use super::directions::normal;
-use super::machine::{Job, Machine, Step};
+use super::machine::{Machine, Step, Task};
 use super::sets::{Pair, Point, unit};
 use glam::DVec3;
 use punctual::intersection::Operand;
@@ -139,9 +139,9 @@ impl Machine<'_, '_, '_> {
     pub(super) fn grow(&mut self) -> Step {
         let Some(seed) = self.state.seeds.last().copied() else {
             self.pay(64)?;
-            self.state.job = match self.state.hand {
-                Some(_) => Job::Try(0, None),
-                None => Job::Start,
+            self.state.task = match self.state.current {
+                Some(_) => Task::Try(0, None),
+                None => Task::Start,
             };
             return Ok(());
         };

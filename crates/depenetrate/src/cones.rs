@@ -2,7 +2,7 @@
 //! split.
 
 use super::cover::{Advance, Cone};
-use super::machine::{Hand, Job, Machine, RESOLUTION, STEP, Step};
+use super::machine::{Current, Machine, RESOLUTION, STEP, Step, Task};
 use super::pushes::Push;
 use super::sets::{CONES, WORK_PER_BOX, WORK_PER_SET};
 use core::cmp::Reverse;
@@ -30,8 +30,8 @@ impl Machine<'_, '_, '_> {
             self.state.raise_low(radius);
         }
         let radius = self.state.low;
-        self.state.job = if !self.state.seeds.is_empty() && radius < DEEP * self.state.high {
-            Job::Grow
+        self.state.task = if !self.state.seeds.is_empty() && radius < DEEP * self.state.high {
+            Task::Grow
         } else if radius <= RESOLUTION * rounding {
             self.explore_all()
         } else {
@@ -39,7 +39,7 @@ impl Machine<'_, '_, '_> {
             for cone in Cone::all_around(radius) {
                 self.add_cone(cone);
             }
-            Job::Pick
+            Task::Pick
         };
         Ok(())
     }
@@ -50,41 +50,42 @@ impl Machine<'_, '_, '_> {
         self.sets.open.push(Reverse((cone.radius.to_bits(), index)));
     }
 
-    /// Makes the cone with the least radius the one in hand.
+    /// Makes the cone with the least radius the current one.
     pub(super) fn pick(&mut self) -> Step {
         self.pay(200)?;
-        self.state.job = Job::Over;
+        self.state.task = Task::Over;
         if let Some(Reverse((_, index))) = self.sets.open.pop() {
             let cone = self.sets.cones[index];
             self.state.raise_low(cone.radius);
             self.state.advances += 1;
             if self.state.advances < ADVANCES && cone.rays(self.state.rounding).is_some() {
-                self.state.hand = Some(Hand {
+                self.state.current = Some(Current {
                     index,
                     cone,
                     proven: cone.radius,
                     has_asked: false,
                 });
-                self.state.job = Job::Try(0, None);
+                self.state.task = Task::Try(0, None);
             }
         }
         Ok(())
     }
 
-    /// Puts the cone in hand back, with the radius that is proven.
-    pub(super) fn put_back(&mut self) -> Job {
-        if let Some(Hand { index, proven, .. }) = self.state.hand.take() {
+    /// Puts the current cone back, with the radius that is proven.
+    pub(super) fn put_back(&mut self) -> Task {
+        if let Some(Current { index, proven, .. }) = self.state.current.take() {
             self.sets.cones[index].radius = proven;
             self.sets.open.push(Reverse((proven.to_bits(), index)));
         }
-        Job::Pick
+        Task::Pick
     }
 
     /// Tries some of the known sets.
     pub(super) fn try_sets(&mut self, mut next: usize, mut best: Option<(Advance, usize)>) -> Step {
-        let hand = self.state.hand;
-        let rays = hand.and_then(|hand| Some((hand, hand.cone.rays(self.state.rounding)?)));
-        let Some((mut hand, rays)) = rays else {
+        let current = self.state.current;
+        let rays =
+            current.and_then(|current| Some((current, current.cone.rays(self.state.rounding)?)));
+        let Some((mut current, rays)) = rays else {
             return Ok(());
         };
         self.begin(STEP)?;
@@ -94,7 +95,7 @@ impl Machine<'_, '_, '_> {
             work += WORK_PER_BOX;
             if sets.may_hold(next, &rays, bounds) {
                 work += WORK_PER_SET;
-                let known = best.map_or(hand.proven, |(best, _)| best.radius);
+                let known = best.map_or(current.proven, |(best, _)| best.radius);
                 if let Some(advance) = rays.advance_by(sets.get(next), known) {
                     best = Some((advance, next));
                     if advance.radius >= high {
@@ -107,60 +108,60 @@ impl Machine<'_, '_, '_> {
         let is_enough = best.is_some_and(|(best, _)| best.radius >= high);
         if next < sets.len() && !is_enough {
             self.spend(work);
-            self.state.job = Job::Try(next, best);
+            self.state.task = Task::Try(next, best);
             return Ok(());
         }
         if let Some((advance, number)) = best
             && rays.proves(&advance, sets.get(number))
         {
-            hand.proven = advance.radius;
+            current.proven = advance.radius;
         }
         self.spend(work + WORK_PER_PROOF);
-        self.state.hand = Some(hand);
-        let goal = high.min(4.0 * hand.cone.radius);
-        let gains = hand.proven >= high
-            || hand.proven > hand.cone.radius + 0.25 * (goal - hand.cone.radius);
-        if hand.has_asked {
+        self.state.current = Some(current);
+        let goal = high.min(4.0 * current.cone.radius);
+        let gains = current.proven >= high
+            || current.proven > current.cone.radius + 0.25 * (goal - current.cone.radius);
+        if current.has_asked {
             let [asked, helped, _] = &mut self.state.trials;
             (*asked, *helped) = (*asked + 1, *helped + u32::from(gains));
         }
-        self.state.job = match (gains, hand.has_asked) {
+        self.state.task = match (gains, current.has_asked) {
             (true, _) => self.put_back(),
-            (false, true) => Job::Split,
-            (false, false) => Job::Push(Push::new(hand.cone.middle(), hand.proven)),
+            (false, true) => Task::Split,
+            (false, false) => Task::Push(Push::new(current.cone.middle(), current.proven)),
         };
         Ok(())
     }
 
-    /// Asks for new sets for the cone in hand, if they are worth it: one in eight attempts helped,
+    /// Asks for new sets for the current cone, if they are worth it: one in eight attempts helped,
     /// or the last seven were skipped. Otherwise splits it.
-    pub(super) fn after_block(&mut self) -> Job {
+    pub(super) fn after_block(&mut self) -> Task {
         let [asked, helped, skipped] = &mut self.state.trials;
         *skipped += 1;
         if *asked >= 8 && 8 * *helped < *asked && *skipped < 8 {
             self.state.seeds.clear();
-            return Job::Split;
+            return Task::Split;
         }
         *skipped = 0;
-        Job::List
+        Task::List
     }
 
-    /// Splits the cone in hand.
+    /// Splits the current cone.
     pub(super) fn split(&mut self) -> Step {
         self.pay(600)?;
         let has_room = self.sets.cones.len() + 3 <= CONES;
-        let hand = self.state.hand.take().filter(|_| has_room);
-        let parts = hand.and_then(|mut hand| {
-            hand.cone.radius = hand.proven;
-            Some((hand.index, hand.cone.split()?))
+        let current = self.state.current.take().filter(|_| has_room);
+        let parts = current.and_then(|mut current| {
+            current.cone.radius = current.proven;
+            Some((current.index, current.cone.split()?))
         });
-        self.state.job = Job::Over;
+        self.state.task = Task::Over;
         if let Some((index, [first, rest @ ..])) = parts {
             self.sets.cones[index] = first;
             let key = (first.radius.to_bits(), index);
             self.sets.open.push(Reverse(key));
             rest.into_iter().for_each(|cone| self.add_cone(cone));
-            self.state.job = Job::Pick;
+            self.state.task = Task::Pick;
         }
         Ok(())
     }

@@ -8,7 +8,7 @@
 //! `docs/numerics.md`, "Convex bodies".
 
 use super::PenetrationQuery;
-use super::machine::{Job, Machine, STEP, Step};
+use super::machine::{Machine, STEP, Step, Task};
 use super::sets::unit;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -224,16 +224,16 @@ fn farthest(corners: &[DVec3], direction: DVec3) -> (usize, f64) {
 
 impl Machine<'_, '_, '_> {
     /// Begins with the pair of components of this index, if there is one.
-    pub(super) fn convex_job(&mut self, pair: usize) -> Job {
+    pub(super) fn convex_task(&mut self, pair: usize) -> Task {
         self.sets.polytope.clear();
         match self.asked.convex_pair(pair) {
             Some([a, b]) if pair < self.asked.convex_pairs() => {
                 let center = a.center - self.asked.asked.b_in_a.transform_point(b.center);
                 let away = unit(-center);
                 let first = if away == DVec3::ZERO { DVec3::Z } else { away };
-                Job::Convex(Support::first(pair, first))
+                Task::Convex(Support::first(pair, first))
             }
-            _ => Job::List,
+            _ => Task::List,
         }
     }
 
@@ -261,7 +261,7 @@ impl Machine<'_, '_, '_> {
         support.next = last;
         if last < count {
             self.spend(work);
-            self.state.job = Job::Convex(support);
+            self.state.task = Task::Convex(support);
             return Ok(());
         }
         let [(i, _), (j, _)] = support.best;
@@ -270,10 +270,10 @@ impl Machine<'_, '_, '_> {
         let more = (self.sets.polytope.faces.len() as u64).saturating_sub(faces);
         work += faces * WORK_PER_FACE + (more + 4) * WORK_PER_NEW_FACE;
         self.spend(work);
-        self.state.job = match next {
-            _ if self.state.high == 0.0 => Job::Over,
-            Some(direction) => Job::Convex(Support::first(support.pair, direction)),
-            None => self.convex_job(support.pair + 1),
+        self.state.task = match next {
+            _ if self.state.high == 0.0 => Task::Over,
+            Some(direction) => Task::Convex(Support::first(support.pair, direction)),
+            None => self.convex_task(support.pair + 1),
         };
         Ok(())
     }

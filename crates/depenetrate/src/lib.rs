@@ -1,9 +1,9 @@
 //! Penetration depth: how far one body has to move until it no longer penetrates another, as an
 //! interval with both ends proven, and a push (a translation) that separates them.
 //!
-//! It is a caller of [`Query`]. Contacts give directions, bisection the least length along each,
-//! and the faces of obstacles better directions: `high` is the length of the shortest push after
-//! which an exact query, or a plane, finds the bodies apart. `low` comes from a cover of the
+//! It is a caller of [`punctual::Query`]. Contacts give directions, bisection the least length along
+//! each, and the faces of obstacles better directions: `high` is the length of the shortest push
+//! after which an exact query, or a plane, finds the bodies apart. `low` comes from a cover of the
 //! shorter translations: it is the least radius of the cones around 0. The search advances the cone
 //! with the least radius by a set that it knows. If none helps, it asks what blocks a push along
 //! the middle of the cone: either nothing does, and the push is shorter than the best, or two
@@ -38,8 +38,7 @@ mod sets;
 use glam::DVec3;
 use machine::{Machine, State};
 use punctual::clock::ClockedBudget;
-use punctual::tree::Solid;
-use punctual::{Answer, Budget, BuildOptions, Query, ResumeError, Tree, Workspace, shapes};
+use punctual::{Answer, ResumeError, Tree, Workspace};
 use punctual_geom::Pose;
 use sets::Sets;
 
@@ -168,15 +167,8 @@ impl PenetrationWorkspace {
     /// Uses this workspace for the queries of which a penetration query consists.
     #[must_use]
     pub fn with_engine(mut engine: Workspace) -> Self {
-        // The first questions about points and containment make room in the workspace.
-        let solid = BuildOptions::default().solid(Solid::Keep);
-        let [cube, inner] =
-            [1.0, 0.5].map(|x| Tree::with_options(shapes::cuboid([x; 3], 1), &solid));
-        if let Ok(query) = Query::signed_distance(&cube, [0.0; 3]) {
-            let _ = query.run(&mut engine, Budget::unlimited());
-        }
-        let query = Query::intersection(&cube, &inner, Pose::IDENTITY);
-        let _ = query.run(&mut engine, Budget::unlimited());
+        engine.reserve_points(1);
+        engine.reserve_containment();
         Self {
             engine,
             sets: Sets::new(),
@@ -272,7 +264,7 @@ impl<'t> PenetrationQuery<'t> {
         workspace.sets.clear();
         let parts = (&mut workspace.engine, &mut workspace.sets, state);
         let mut machine = Machine::new(self, parts, budget.into());
-        machine.state.job = machine.convex_job(0);
+        machine.state.task = machine.convex_task(0);
         machine.run()
     }
 

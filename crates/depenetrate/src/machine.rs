@@ -1,8 +1,8 @@
 //! The machine: what a penetration query keeps from step to step, and its loop.
 //!
-//! A step does the job of the state. A job either pays for its work and does it, or puts one
-//! question to the trees. If the budget ends a question, the job begins anew in the next call and
-//! the question continues, since its workspace knows it. So a job changes nothing before the
+//! A step does the task of the state. A task either pays for its work and does it, or puts one
+//! question to the trees. If the budget ends a question, the task begins anew in the next call and
+//! the question continues, since its workspace knows it. So a task changes nothing before the
 //! answer.
 
 use super::balls::Seed;
@@ -20,7 +20,7 @@ use punctual::intersection::Intersection;
 use punctual::{Answer, Budget, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace};
 use punctual_geom::Pose;
 
-/// Work of the longest job outside of queries.
+/// Work of the longest task outside of queries.
 pub(super) const STEP: u64 = MAX_PENETRATION_STEP_WORK;
 
 /// Pairs of triangles in contact that are read.
@@ -38,10 +38,10 @@ pub(super) type Step<T = ()> = Result<T, StopReason>;
 
 /// What the search does next.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Job {
+pub(super) enum Task {
     /// Searches the depth of a pair of convex components.
     Convex(Support),
-    /// Lists the contacts at the pose, or just outside of the cone in hand.
+    /// Lists the contacts at the pose, or just outside of the current cone.
     List,
     /// Reads the contacts from this index on.
     Read(usize),
@@ -55,18 +55,18 @@ pub(super) enum Job {
     Grow,
     /// Makes the first cones.
     Start,
-    /// Makes the cone with the least radius the one in hand.
+    /// Makes the cone with the least radius the current one.
     Pick,
     /// Tries the sets from this index on. The option is the best advance so far, and its set.
     Try(usize, Option<(Advance, usize)>),
-    /// Splits the cone in hand.
+    /// Splits the current cone.
     Split,
     Over,
 }
 
 /// The cone that is advanced.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hand {
+pub(super) struct Current {
     pub index: usize,
     pub cone: Cone,
     /// The radius that is proven so far.
@@ -78,7 +78,7 @@ pub(super) struct Hand {
 #[derive(Debug)]
 pub(super) struct State {
     pub key: Key,
-    pub job: Job,
+    pub task: Task,
     memory: PairMemory,
     pub segments: Option<Segments>,
     /// Of the contacts at the pose, the pair of triangles with the largest margin.
@@ -93,7 +93,7 @@ pub(super) struct State {
     pub turned: Option<f64>,
     pub faces: Faces,
     pub seeds: ArrayVec<Seed, 16>,
-    pub hand: Option<Hand>,
+    pub current: Option<Current>,
     pub advances: u32,
     /// Number of times that new sets were asked for, that they helped, and that they were not asked
     /// for since.
@@ -151,7 +151,7 @@ impl State {
         let longest = |of_b| (query.longest(of_b) - 16.0 * rounding).max(0.0);
         Self {
             key: query.key(),
-            job: Job::List,
+            task: Task::List,
             memory: PairMemory::without_clearance(),
             segments: None,
             widest: None,
@@ -160,7 +160,7 @@ impl State {
             turned: None,
             faces: Faces::new(),
             seeds: ArrayVec::new(),
-            hand: None,
+            current: None,
             advances: 0,
             trials: [0; 3],
             low: 0.0,
@@ -182,7 +182,7 @@ impl State {
             // The limit is the question.
             _ => 0.0,
         };
-        matches!(self.job, Job::Over)
+        matches!(self.task, Task::Over)
             || self.high <= self.low + width.max(resolved)
             || self.deeper().is_some()
     }
@@ -230,7 +230,7 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
     pub fn run(mut self) -> Answer<Penetration> {
         let stop = loop {
             if self.state.is_over() {
-                self.state.job = Job::Over;
+                self.state.task = Task::Over;
                 break StopReason::Finished;
             }
             if let Err(stop) = self.step() {
@@ -256,23 +256,23 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
     }
 
     fn step(&mut self) -> Step {
-        match self.state.job {
-            Job::Convex(support) => self.convex(support),
-            Job::List => self.list(),
-            Job::Read(next) => self.read(next),
-            Job::Explore => self.explore(),
-            Job::Push(push) => self.push(push),
-            Job::Polish(push) => self.polish(push),
-            Job::Grow => self.grow(),
-            Job::Start => self.start(),
-            Job::Pick => self.pick(),
-            Job::Try(next, best) => self.try_sets(next, best),
-            Job::Split => self.split(),
-            Job::Over => Ok(()),
+        match self.state.task {
+            Task::Convex(support) => self.convex(support),
+            Task::List => self.list(),
+            Task::Read(next) => self.read(next),
+            Task::Explore => self.explore(),
+            Task::Push(push) => self.push(push),
+            Task::Polish(push) => self.polish(push),
+            Task::Grow => self.grow(),
+            Task::Start => self.start(),
+            Task::Pick => self.pick(),
+            Task::Try(next, best) => self.try_sets(next, best),
+            Task::Split => self.split(),
+            Task::Over => Ok(()),
         }
     }
 
-    /// Begins a job of at most this work outside of queries, if there is room for it.
+    /// Begins a task of at most this work outside of queries, if there is room for it.
     pub fn begin(&mut self, work: u64) -> Step {
         let needed = if self.has_moved { work } else { 1 };
         if !self.deadline.has_room(needed) {
@@ -281,7 +281,7 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
         Ok(())
     }
 
-    /// Does a job of this work outside of queries, if there is room for it.
+    /// Does a task of this work outside of queries, if there is room for it.
     pub fn pay(&mut self, work: u64) -> Step {
         self.begin(work)?;
         self.spend(work);

@@ -4,7 +4,7 @@
 
 use super::cover::Cone;
 use super::directions::{Segments, WORK_PER_SEGMENT};
-use super::machine::{CONTACTS, Job, Machine, STEP, Step};
+use super::machine::{CONTACTS, Machine, STEP, Step, Task};
 use super::sets::{Face, Pair, WORK_TO_LEAVE, unit};
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -107,14 +107,14 @@ impl Push {
 }
 
 impl Machine<'_, '_, '_> {
-    /// Lists the contacts just outside of the cone in hand, or at the pose.
+    /// Lists the contacts just outside of the current cone, or at the pose.
     pub(super) fn list(&mut self) -> Step {
-        let (direction, length, most) = match &self.state.hand {
+        let (direction, length, most) = match &self.state.current {
             None => (DVec3::ZERO, 0.0, CONTACTS),
-            Some(hand) => {
-                let length = hand.proven * (1.0 + 1e-3) + 16.0 * self.state.rounding;
+            Some(current) => {
+                let length = current.proven * (1.0 + 1e-3) + 16.0 * self.state.rounding;
                 let length = length.min(self.state.high);
-                (hand.cone.middle(), length, CONTACTS_AHEAD)
+                (current.cone.middle(), length, CONTACTS_AHEAD)
             }
         };
         let at = direction * length;
@@ -127,24 +127,24 @@ impl Machine<'_, '_, '_> {
         }
         self.sow(verdict, at);
         let state = &mut *self.state;
-        if let Some(hand) = &mut state.hand {
-            hand.has_asked = true;
+        if let Some(current) = &mut state.current {
+            current.has_asked = true;
         }
-        state.job = match (verdict, &state.hand) {
-            (Verdict::Intersecting { .. }, _) => Job::Read(0),
+        state.task = match (verdict, &state.current) {
+            (Verdict::Intersecting { .. }, _) => Task::Read(0),
             (Verdict::Separated, None) => {
                 (state.high, state.direction) = (0.0, DVec3::ZERO);
-                Job::Over
+                Task::Over
             }
             (Verdict::Separated, Some(_)) => {
                 state.separates(direction, length);
-                Job::Split
+                Task::Split
             }
-            (_, Some(_)) => Job::Grow,
+            (_, Some(_)) => Task::Grow,
             (_, None) => {
                 let directions = Cone::all_around(0.0).map(|cone| cone.middle());
                 state.likely.extend(directions);
-                Job::Explore
+                Task::Explore
             }
         };
         Ok(())
@@ -161,7 +161,7 @@ impl Machine<'_, '_, '_> {
             let corners = self.corners(id);
             let pair = Pair::new(corners);
             self.sets.add_pair(id, pair);
-            if self.state.hand.is_none() {
+            if self.state.current.is_none() {
                 let margin = pair.margin();
                 if self.state.widest.is_none_or(|(most, _)| margin > most) {
                     self.state.widest = Some((margin, pair));
@@ -171,15 +171,15 @@ impl Machine<'_, '_, '_> {
                 self.state.segments.get_or_insert_with(new).add(&corners);
             }
         }
-        self.state.job = if last < count {
-            Job::Read(last)
-        } else if self.state.hand.is_some() {
-            Job::Grow
+        self.state.task = if last < count {
+            Task::Read(last)
+        } else if self.state.current.is_some() {
+            Task::Grow
         } else {
             let likely = self.state.segments.iter().flat_map(Segments::directions);
             self.state.likely.extend(likely);
             self.state.likely.reverse();
-            Job::Explore
+            Task::Explore
         };
         Ok(())
     }
@@ -195,24 +195,24 @@ impl Machine<'_, '_, '_> {
         self.begin(STEP)?;
         if let Some((direction, length)) = self.state.deepest.take() {
             self.spend(64);
-            self.state.job = Job::Push(Push {
+            self.state.task = Task::Push(Push {
                 guess: Some(length),
                 ..Push::new(direction, 0.0)
             });
             return Ok(());
         }
-        self.state.job = match self.state.likely.pop() {
+        self.state.task = match self.state.likely.pop() {
             Some(direction) => {
                 let push = self.leave(Push::new(direction, 0.0));
                 if push.low < self.goal() {
-                    Job::Push(push)
+                    Task::Push(push)
                 } else {
-                    Job::Explore
+                    Task::Explore
                 }
             }
             None if self.state.turned.is_none() => {
                 self.sow_corners();
-                Job::Start
+                Task::Start
             }
             None => self.turn(),
         };
@@ -234,18 +234,18 @@ impl Machine<'_, '_, '_> {
 
     /// The length at which a push in another direction is tried first.
     fn goal(&self) -> f64 {
-        let (low, high) = match &self.state.hand {
-            Some(hand) => (hand.proven, self.state.high),
+        let (low, high) = match &self.state.current {
+            Some(current) => (current.proven, self.state.high),
             None => (self.state.low, self.state.high),
         };
         (SHORTER * high).max(0.5 * (low + high))
     }
 
-    /// Turns the best direction to six sides, unless that did not help the last time.
-    fn turn(&mut self) -> Job {
+    /// Queues six directions tilted .3 rad from the best one, unless the last six gained nothing.
+    fn turn(&mut self) -> Task {
         let state = &mut *self.state;
         if state.turned.is_some_and(|before| state.high >= before) {
-            return Job::Over;
+            return Task::Over;
         }
         state.turned = Some(state.high);
         let best = state.direction;
@@ -253,11 +253,11 @@ impl Machine<'_, '_, '_> {
         let sides = [u, -u, w, -w, u + w, -u - w];
         let turned = sides.map(|side| unit(best + unit(side) * TURN));
         state.likely.extend(turned);
-        Job::Explore
+        Task::Explore
     }
 
     /// Tries all directions. No more is asked of `low`, or no more can be proven.
-    pub(super) fn explore_all(&mut self) -> Job {
+    pub(super) fn explore_all(&mut self) -> Task {
         let state = &mut *self.state;
         state.turned = Some(f64::INFINITY);
         state
@@ -267,7 +267,7 @@ impl Machine<'_, '_, '_> {
         self.state
             .likely
             .extend(segments.map(|direction| -direction));
-        Job::Explore
+        Task::Explore
     }
 
     /// Searches the length of a push.
@@ -315,22 +315,22 @@ impl Machine<'_, '_, '_> {
         let width = if push.polishes { POLISHED_WIDTH } else { WIDTH };
         let least = self.state.rounding;
         let is_narrow = |high| high - push.low <= width * high || high <= least;
-        self.state.job = if is_over || push.high.is_some_and(is_narrow) {
-            Job::Polish(push)
+        self.state.task = if is_over || push.high.is_some_and(is_narrow) {
+            Task::Polish(push)
         } else {
-            Job::Push(push)
+            Task::Push(push)
         };
         Ok(())
     }
 
-    fn end_push(&mut self, push: &Push) -> Job {
+    fn end_push(&mut self, push: &Push) -> Task {
         let is_new = push.high.is_some();
-        let is_blocked = self.state.hand.is_none() || !is_new;
+        let is_blocked = self.state.current.is_none() || !is_new;
         if is_blocked && let Some((obstacle, length)) = push.obstacle {
             self.sow(obstacle, push.direction * length);
         }
-        match &self.state.hand {
-            None => Job::Explore,
+        match &self.state.current {
+            None => Task::Explore,
             Some(_) if is_new || push.polishes => self.put_back(),
             Some(_) => self.after_block(),
         }
@@ -340,8 +340,8 @@ impl Machine<'_, '_, '_> {
     pub(super) fn polish(&mut self, push: Push) -> Step {
         self.begin(STEP)?;
         let next = (push.high.is_some() || push.polishes).then(|| self.polished(&push));
-        self.state.job = match next.flatten() {
-            Some(next) => Job::Push(next),
+        self.state.task = match next.flatten() {
+            Some(next) => Task::Push(next),
             None => self.end_push(&push),
         };
         Ok(())

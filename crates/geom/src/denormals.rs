@@ -18,10 +18,15 @@ const ALL_ZERO: i32 = 2000;
 
 /// A floating-point type seen through its bits, which flushing does not change.
 pub trait Number: Copy + PartialOrd + Into<f64> {
+    /// Its bits as an integer.
     type Bits: Copy + Ord;
+    /// Positive infinity.
     const INFINITY: Self;
+    /// Negative infinity.
     const NEG_INFINITY: Self;
+    /// All bits 0.
     const NO_BITS: Self::Bits;
+    /// All bits 1.
     const ALL_BITS: Self::Bits;
 
     /// Twice the bits of the magnitude. They are ordered as the magnitudes are; NaN comes last.

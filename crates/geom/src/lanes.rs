@@ -25,7 +25,6 @@ use wide::f32x4;
 
 /// Expands to `[e(i), e(j), ..]` for the listed numbers. This is a macro because the compiler would
 /// not compile a closure for the instruction set of the surrounding kernel.
-#[doc(hidden)]
 #[macro_export]
 macro_rules! unrolled {
     ($k:ident in [$($i:literal),*] => $e:expr) => {
@@ -38,7 +37,6 @@ macro_rules! unrolled {
 pub use unrolled;
 
 /// `[e(0), e(1), e(2)]`.
-#[doc(hidden)]
 #[macro_export]
 macro_rules! per_axis {
     ($k:ident => $e:expr) => {
@@ -48,7 +46,6 @@ macro_rules! per_axis {
 pub use per_axis;
 
 /// `[e(0), .., e(7)]`.
-#[doc(hidden)]
 #[macro_export]
 macro_rules! per_lane {
     ($k:ident => $e:expr) => {
@@ -59,7 +56,6 @@ pub use per_lane;
 
 /// Runs an expression on each register of `lanes: L` in turn. If eight lanes take two registers, a
 /// kernel has more live values than the machine has registers; one half at a time needs fewer.
-#[doc(hidden)]
 #[macro_export]
 macro_rules! per_part {
     ($lanes:ident: $L:ident, $part:ident => $e:expr) => {{

@@ -1,7 +1,8 @@
 //! Exact predicates and proven bounds of triangles, with poses, boxes, motions and rays.
 //!
 //! The base of the crate `punctual`, which re-exports what its users need. Nothing here knows a
-//! tree. The hidden modules are the kernels of its queries; they may change at any time.
+//! tree. The modules, macros and functions serve the other crates of the library and may change
+//! with every version; the kernels of queries, `lanes` and `triangle`, are hidden.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
@@ -20,19 +21,15 @@ compile_error!(
 
 mod aabb;
 #[cfg(feature = "serde")]
-#[doc(hidden)]
 pub mod bound;
-#[doc(hidden)]
 pub mod denormals;
 #[doc(hidden)]
 pub mod lanes;
 mod motion;
 mod names;
 mod pose;
-#[doc(hidden)]
 pub mod random;
 mod ray;
-#[doc(hidden)]
 pub mod tolerance;
 #[doc(hidden)]
 pub mod triangle;
@@ -40,15 +37,12 @@ pub mod triangle;
 pub use aabb::Aabb;
 pub use motion::{Motion, MotionError};
 pub use names::UnknownName;
-#[doc(hidden)]
-pub use pose::rotation_deviation;
-pub use pose::{Pose, PoseError};
+pub use pose::{Pose, PoseError, rotation_deviation};
 pub use ray::{Ray, RayError};
 pub use triangle::ray::Side;
 pub use triangle::{triangle_segment, triangles_intersect};
 
 /// The length of a vector, computed without overflow or underflow of its square.
-#[doc(hidden)]
 #[inline]
 pub fn length(v: glam::DVec3) -> f64 {
     let length = v.length();
@@ -65,14 +59,12 @@ pub fn length(v: glam::DVec3) -> f64 {
 
 /// Converts a duration to nanoseconds. Avoids `Duration::as_nanos`: its 128-bit conversion takes as
 /// long as a clock read.
-#[doc(hidden)]
 #[inline]
 pub fn nanoseconds(time: core::time::Duration) -> f64 {
     time.as_secs() as f64 * 1e9 + f64::from(time.subsec_nanos())
 }
 
 /// Positions of the set bits of a mask, lowest first.
-#[doc(hidden)]
 #[inline(always)]
 pub fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
     let mut mask = mask.into();
@@ -88,21 +80,18 @@ pub fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
 }
 
 /// The larger of two numbers. Four times as fast as `f64::max` and `f32::max`, which handle NaN.
-#[doc(hidden)]
 #[inline(always)]
 pub fn larger<T: PartialOrd>(x: T, y: T) -> T {
     if x > y { x } else { y }
 }
 
 /// The smaller of two numbers; see [`larger`].
-#[doc(hidden)]
 #[inline(always)]
 pub fn smaller<T: PartialOrd>(x: T, y: T) -> T {
     if x < y { x } else { y }
 }
 
 /// The largest component.
-#[doc(hidden)]
 #[inline(always)]
 pub fn largest(v: glam::DVec3) -> f64 {
     larger(larger(v.x, v.y), v.z)

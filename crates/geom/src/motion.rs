@@ -66,7 +66,6 @@ impl Motion {
 
     /// A motion without velocity or turn. Does not check the translation of `start`: a scene has
     /// checked it.
-    #[doc(hidden)]
     #[inline]
     pub const fn still(start: Pose) -> Self {
         Self {
@@ -237,7 +236,6 @@ impl Motion {
 
     /// The largest entry of `|RᵀR − I|` for the rotation matrix `R` at the start (no unit). Up to
     /// rounding, it holds for the matrix at every time.
-    #[doc(hidden)]
     #[inline]
     pub fn deviation(&self) -> f64 {
         rotation_deviation(self.start.rotation())

@@ -13,7 +13,7 @@ pub struct UnknownName {
 }
 
 impl UnknownName {
-    #[doc(hidden)]
+    /// The error for this text, with the names that there are.
     pub fn new(given: &str, known: &'static [&'static str]) -> Self {
         Self {
             given: given.to_owned(),
@@ -31,7 +31,6 @@ impl fmt::Display for UnknownName {
 impl core::error::Error for UnknownName {}
 
 /// Implements `Display` and `FromStr` for an enum without fields.
-#[doc(hidden)]
 #[macro_export]
 macro_rules! named {
     ($type:ident { $($variant:ident => $name:literal),+ $(,)? }) => {

@@ -112,7 +112,6 @@ impl Pose {
     }
 
     /// A pose from entries that are known to be valid; does not check them.
-    #[doc(hidden)]
     #[inline]
     pub const fn unchecked(rotation: DMat3, translation: DVec3) -> Self {
         Self {
@@ -210,7 +209,6 @@ impl Pose {
     }
 
     /// [`compose`](Self::compose) for poses whose product is known to be a pose.
-    #[doc(hidden)]
     #[inline]
     pub fn compose_unchecked(&self, inner: &Self) -> Self {
         let [x, y, z] = axes(&inner.rotation);
@@ -232,7 +230,6 @@ impl Pose {
     }
 
     /// [`inverse`](Self::inverse) for a pose whose inverse is known to be a pose.
-    #[doc(hidden)]
     #[inline]
     pub fn inverse_unchecked(&self) -> Self {
         let [x, y, z] = axes(&self.rotation);
@@ -292,7 +289,6 @@ pub(super) fn axes(m: &DMat3) -> [DVec3; 3] {
 /// Deviation of a finite matrix from a rotation (no unit): the largest entry of `|RᵀR − I|`. If the
 /// determinant is not positive, the result is at least `1 − det R`, because `RᵀR` does not detect a
 /// mirror.
-#[doc(hidden)]
 #[inline]
 pub fn rotation_deviation(rotation: &DMat3) -> f64 {
     let [x, y, z] = axes(rotation);

@@ -201,7 +201,6 @@ impl Ray {
     }
 
     /// Two points whose exact difference is the direction.
-    #[doc(hidden)]
     #[inline]
     pub fn exact_direction(&self) -> [DVec3; 2] {
         [

@@ -465,9 +465,10 @@ impl Checker {
         &mut self,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
-        match self.room.run.is_stopped {
-            true => Ok(self.call(budget.into()).resume_edge()),
-            false => Err(RobotError::NothingToResume),
+        if self.room.run.is_stopped {
+            Ok(self.call(budget.into()).resume_edge())
+        } else {
+            Err(RobotError::NothingToResume)
         }
     }
 }

@@ -92,9 +92,10 @@ fn parse<T>(
         let document = Document::parse(&text)
             .map_err(|error| fault(Some(error.pos().row), error.to_string(), None))?;
         let root = document.root_element();
-        match root.has_tag_name("robot") {
-            true => read(root),
-            false => fail(root, "the outermost element is not `robot`"),
+        if root.has_tag_name("robot") {
+            read(root)
+        } else {
+            fail(root, "the outermost element is not `robot`")
         }
     };
     parsed().map_err(|error| error.within(file))
@@ -380,9 +381,10 @@ impl Meshes<'_> {
         let loaded = punctual_io::load(&key.0)
             .map_err(|error| fault(None, error.to_string(), error.kind()))?;
         let mesh = scaled(loaded.mesh, scale)?;
-        let shape = match self.options.solids {
-            true => Shape::solid(mesh),
-            false => Shape::mesh(mesh),
+        let shape = if self.options.solids {
+            Shape::solid(mesh)
+        } else {
+            Shape::mesh(mesh)
         };
         let solid = shape.surface().solid();
         if let Some(solid) = solid.filter(|solid| !solid.is_closed()) {

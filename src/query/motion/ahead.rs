@@ -3,7 +3,7 @@
 
 use super::relative_motion::RelativeMotion;
 use super::state::MotionState;
-use crate::query::options::MotionOptions;
+use crate::engine::options::MotionOptions;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::{Aabb, Pose};

@@ -2,11 +2,10 @@
 //! ([`Query::remaining`]).
 
 use super::Impact;
+use crate::engine::memory::{PairMemory, Sought};
+use crate::engine::question::Query;
 use crate::model::passing::{self, Passing};
 use crate::model::prediction::Quantiles;
-use crate::query::memory::PairMemory;
-use crate::query::question::Query;
-use crate::query::told::Sought;
 use glam::DVec3;
 
 impl Query<'_, Impact> {

@@ -5,31 +5,29 @@
 //! [`state`] holds what is proven so far, [`ahead`] bounds what is left, and [`estimate`] predicts
 //! its cost.
 
-pub(super) mod ahead;
+pub(crate) mod ahead;
 mod estimate;
 mod relative_motion;
-pub(super) mod state;
+pub(crate) mod state;
 mod sweep;
 mod windows;
 
+use crate::engine::boxes::RelativePose;
+use crate::engine::certificate::Place;
+use crate::engine::deadline::{Budget, Deadline};
+use crate::engine::frontier::Pair;
+use crate::engine::memory::{PairMemory, Sought};
+use crate::engine::options::{MotionOptions, OptionError, thickness};
+use crate::engine::outcome::Operand;
+use crate::engine::outcome::StopReason;
+use crate::engine::question::{Ask, Certify, Query, Question, Remembers};
+use crate::engine::strategy::Strategy;
+use crate::engine::traversal::traverse;
+use crate::engine::triangles::ids;
+use crate::engine::workspace::{Asked, Key, Workspace};
 use crate::model::cost::WORK_PER_SUBSTEP;
 use crate::model::prediction::Quantiles;
-use crate::query::budget::Budget;
-use crate::query::certificate::Place;
-use crate::query::contained::Operand;
-use crate::query::deadline::Deadline;
-use crate::query::memory::PairMemory;
-use crate::query::options::{MotionOptions, OptionError, thickness};
-use crate::query::outcome::StopReason;
-use crate::query::question::{Ask, Certify, Query, Question, Remembers};
-use crate::query::queue::Pair;
-use crate::query::relative_pose::RelativePose;
-use crate::query::search::Bounded;
-use crate::query::strategy::Strategy;
-use crate::query::told::Sought;
-use crate::query::traversal::traverse;
-use crate::query::triangle_pairs::ids;
-use crate::query::workspace::{Asked, Key, Workspace};
+use crate::query::distance::search::Bounded;
 use crate::tree::Tree;
 use punctual_geom::{Motion, Pose, smaller};
 use relative_motion::{RelativeMotion, Setting};
@@ -163,12 +161,9 @@ impl<'t> Query<'t, Impact> {
 
     /// Proven upper bound, from the run in the workspace, of the distance of the first contact's
     /// triangles at its time. 0 only if they intersect.
-    #[doc(hidden)]
     pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
-        workspace
-            .motion
-            .contact()
-            .map_or(f64::INFINITY, |contact| contact.distance)
+        let contact = workspace.state.motion.contact();
+        contact.map_or(f64::INFINITY, |contact| contact.distance)
     }
 
     fn relative_motion(&self) -> RelativeMotion<'_> {
@@ -219,25 +214,25 @@ impl<'t> Query<'t, Impact> {
             }
     }
 
-    fn spend_on_piece(
+    fn spend_on_substep(
         &self,
         relative_motion: &RelativeMotion,
         workspace: &mut Workspace,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let substep = relative_motion.substep(workspace.motion.substep);
+        let substep = relative_motion.substep(workspace.state.motion.substep);
         let trees = [self.a, self.b];
         if relative_motion.is_clear(&substep, trees, self.asked.options.margin) {
             workspace.frontier.clear();
-            workspace.search.clear();
-            workspace.motion.followed = None;
+            workspace.state.distance.clear();
+            workspace.state.motion.followed = None;
             deadline.begin(workspace.work());
             let stop = deadline.stop(workspace.work());
             if stop.is_none() {
                 workspace.run.stats.work += WORK_PER_SUBSTEP;
-                workspace.motion.bound(
+                workspace.state.motion.bound(
                     &workspace.frontier,
-                    &workspace.search,
+                    &workspace.state.distance,
                     &substep,
                     f32::INFINITY,
                 );
@@ -253,7 +248,7 @@ impl<'t> Query<'t, Impact> {
             margin: self.asked.options.margin,
         };
         let glide = glide(&setting, &relative, self.a.unit().origin);
-        let question = Sweep::new(setting, &workspace.motion, &glide);
+        let question = Sweep::new(setting, &workspace.state.motion, &glide);
         let stop = traverse(
             question,
             trees,
@@ -262,9 +257,9 @@ impl<'t> Query<'t, Impact> {
             workspace,
             deadline,
         );
-        workspace.motion.bound(
+        workspace.state.motion.bound(
             &workspace.frontier,
-            &workspace.search,
+            &workspace.state.distance,
             &substep,
             f32::INFINITY,
         );
@@ -282,7 +277,7 @@ impl Ask<Impact> for Query<'_, Impact> {
     }
 
     fn is_in(&self, workspace: &Workspace) -> bool {
-        workspace.motion.options == Some(self.asked.options)
+        workspace.state.motion.options == Some(self.asked.options)
     }
 
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, _: Budget) {
@@ -295,14 +290,14 @@ impl Ask<Impact> for Query<'_, Impact> {
         } else {
             memory.map_or(0.0, |memory| self.clear_until(relative_motion, memory))
         };
-        workspace.motion.begin(
+        workspace.state.motion.begin(
             &self.asked.options,
             self.tolerance_in_time(relative_motion),
             free_until,
         );
-        workspace.motion.substep = relative_motion.piece_at(free_until);
-        if workspace.motion.substep < relative_motion.substeps {
-            workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
+        workspace.state.motion.substep = relative_motion.piece_at(free_until);
+        if workspace.state.motion.substep < relative_motion.substeps {
+            workspace.begin_substep(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
     }
 
@@ -319,21 +314,21 @@ impl Ask<Impact> for Query<'_, Impact> {
             return stop;
         }
         let mut stop = StopReason::Finished;
-        while workspace.motion.substep < relative_motion.substeps {
-            stop = self.spend_on_piece(relative_motion, workspace, deadline);
-            if !stop.is_final() || workspace.motion.contact().is_some() {
+        while workspace.state.motion.substep < relative_motion.substeps {
+            stop = self.spend_on_substep(relative_motion, workspace, deadline);
+            if !stop.is_final() || workspace.state.motion.contact().is_some() {
                 break;
             }
-            workspace.motion.substep += 1;
-            if workspace.motion.substep < relative_motion.substeps {
-                workspace.begin_piece(None);
+            workspace.state.motion.substep += 1;
+            if workspace.state.motion.substep < relative_motion.substeps {
+                workspace.begin_substep(None);
             }
         }
-        if workspace.motion.substep == relative_motion.substeps {
-            workspace.motion.end();
+        if workspace.state.motion.substep == relative_motion.substeps {
+            workspace.state.motion.end();
         }
         if let Some(memory) = memory {
-            let contact = workspace.motion.contact();
+            let contact = workspace.state.motion.contact();
             let work = stop.is_final().then_some(workspace.work());
             memory.remember_motion(self.a, self.b, contact.map(|contact| contact.pair), work);
             memory.learn(Sought::Motion, workspace, workspace.work(), stop.is_final());
@@ -342,7 +337,7 @@ impl Ask<Impact> for Query<'_, Impact> {
     }
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> TimeOfImpact {
-        let state = &workspace.motion;
+        let state = &workspace.state.motion;
         let within = workspace.run.containment.inner();
         if self.is_open_in(workspace) {
             return TimeOfImpact {
@@ -362,7 +357,7 @@ impl Ask<Impact> for Query<'_, Impact> {
     }
 
     fn left(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
-        let state = &workspace.motion;
+        let state = &workspace.state.motion;
         let touching_at = state.contact().map(|contact| contact.time);
         let passing = self.passing(workspace.work(), state.free_until(), touching_at);
         (self.work_left(&passing, memory), None)
@@ -378,9 +373,9 @@ impl Certify<Impact> for Query<'_, Impact> {
 impl Workspace {
     /// Prepares the buffers for a substep of a motion. `guess` is a pair of triangles that may meet
     /// in it.
-    fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
+    fn begin_substep(&mut self, guess: Option<[u32; 2]>) {
         self.frontier.clear();
-        self.search.begin_pairs(guess.map(|pair| Bounded {
+        self.state.distance.begin_pairs(guess.map(|pair| Bounded {
             pair,
             low: f32::NEG_INFINITY,
         }));

@@ -145,12 +145,12 @@ impl<'m> RelativeMotion<'m> {
         if !bounds.iter().chain(&others).all(|bound| bound.is_finite()) {
             seen.rounding = f64::INFINITY;
         }
-        seen.substeps = seen.count_pieces(size);
+        seen.substeps = seen.count_substeps(size);
         seen
     }
 
     /// Number of substeps of a motion of meshes with this total size.
-    fn count_pieces(&self, size: f64) -> u32 {
+    fn count_substeps(&self, size: f64) -> u32 {
         let (spin, speed) = (self.spin, self.speed);
         // `max` and `min` of `f64` ignore NaN, which occurs if sizes overflow.
         let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);

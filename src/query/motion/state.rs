@@ -2,9 +2,9 @@
 //! contact found.
 
 use super::relative_motion::Substep;
-use crate::query::options::MotionOptions;
-use crate::query::queue::{BUCKETS, Frontier};
-use crate::query::search::Search;
+use crate::engine::frontier::{BUCKETS, Frontier};
+use crate::engine::options::MotionOptions;
+use crate::query::distance::search::Search;
 
 /// A triangle pair (tree order) that is traced through time.
 #[derive(Clone, Copy, Debug)]

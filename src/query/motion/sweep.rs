@@ -10,16 +10,16 @@
 use super::relative_motion::{RelativeMotion, Setting};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
 use super::windows::{BEGIN, Windows};
+use crate::engine::expand::{Keys, Sink, expand};
+use crate::engine::frontier::{Frontier, Origin, Pair};
+use crate::engine::outcome::{Stats, StopReason};
+use crate::engine::traversal::{Traversal, Visitor};
+use crate::engine::triangles::rows;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_WINDOW,
     WORK_PER_WINDOW_TEST,
 };
-use crate::query::expand::{Keys, Sink, expand};
-use crate::query::outcome::{Stats, StopReason};
-use crate::query::queue::{Frontier, Origin, Pair};
-use crate::query::search::{Bounded, Search};
-use crate::query::traversal::{Traversal, Visitor};
-use crate::query::triangle_pairs::rows;
+use crate::query::distance::search::{Bounded, Search};
 use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -76,13 +76,14 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
                     // All others that wait reach the cut too.
                     workspace.frontier.clear_queue();
                 }
-                return workspace.motion.pass(question.setting.substep.time(least));
+                let time = question.setting.substep.time(least);
+                return workspace.state.motion.pass(time);
             }
             // A pair that the full queue puts on the stack loses its bound.
             if workspace.frontier.room() < WIDTH * WIDTH {
-                workspace.motion.bound(
+                workspace.state.motion.bound(
                     &workspace.frontier,
-                    &workspace.search,
+                    &workspace.state.distance,
                     question.setting.substep,
                     least,
                 );
@@ -91,7 +92,7 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
         let trees = [self.a, self.b];
         let mut children = Children {
             frontier: &mut workspace.frontier,
-            search: &mut workspace.search,
+            search: &mut workspace.state.distance,
             stats: &mut workspace.run.stats,
         };
         let sink = &mut children;
@@ -104,24 +105,24 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
         let workspace = &*self.workspace;
-        let left = workspace.search.waiting.len();
+        let left = workspace.state.distance.waiting.len();
         left >= WIDTH
             || any
                 && (left > 0
-                    || !workspace.search.proposed.is_empty()
-                    || workspace.motion.followed.is_some())
+                    || !workspace.state.distance.proposed.is_empty()
+                    || workspace.state.motion.followed.is_some())
     }
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
         let workspace = &mut *self.workspace;
-        if let Some(followed) = workspace.motion.followed.take() {
+        if let Some(followed) = workspace.state.motion.followed.take() {
             self.follow(followed);
         } else {
             self.test_batch(lanes);
         }
         let workspace = &mut *self.workspace;
-        let (search, state) = (&workspace.search, &workspace.motion);
+        let (search, state) = (&workspace.state.distance, &workspace.state.motion);
         let last = workspace.frontier.is_empty() && !search.waiting.is_empty();
         workspace.testing = state.followed.is_some()
             || !search.proposed.is_empty()
@@ -137,7 +138,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// each eighth of the substep for that pair.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
-        let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
+        let (search, state) = (
+            &mut self.workspace.state.distance,
+            &mut self.workspace.state.motion,
+        );
         let (substep, cut) = (self.question.setting.substep, &self.question.cut);
         let (relative, glide) = (self.relative, self.question.glide);
         let first = search.proposed.pop();
@@ -180,22 +184,22 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 if from < until {
                     let followed =
                         Followed::new(pair, [from, until], substep.length() / WIDTH as f64);
-                    self.workspace.motion.followed = Some(followed);
+                    self.workspace.state.motion.followed = Some(followed);
                 }
             }
             None => self.propose(&pairs[..count], &keys, &enter, active),
         }
     }
 
-    /// Children that were dropped, of a parent with the known bound `known`, have at least that
-    /// bound and at least the cut, if the cut is that of a contact and not the end of the substep.
-    /// So the result is never less than what an earlier, stopped call has proven.
+    /// Raises the time until which the motion is free to the larger of `known`, the bound of the
+    /// parent, and the cut, if a contact made the cut: dropped children meet no earlier. So the
+    /// result is never less than what an earlier, stopped call has proven.
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
-        if self.workspace.motion.contact().is_some() {
+        if self.workspace.state.motion.contact().is_some() {
             let time = larger_known(self.question.cut, known);
             let time = self.question.setting.substep.time(time);
-            self.workspace.motion.pass(time);
+            self.workspace.state.motion.pass(time);
         }
     }
 
@@ -215,19 +219,19 @@ impl Traversal<'_, '_, Sweep<'_>> {
             })
             .collect();
         proposed.sort_unstable_by(|x, y| y.low.total_cmp(&x.low).then(y.pair.cmp(&x.pair)));
-        self.workspace.search.proposed = proposed;
+        self.workspace.state.distance.proposed = proposed;
     }
 
     /// Advances a pair by one step.
     #[inline(never)]
     fn follow(&mut self, followed: Followed) {
-        let state = &mut self.workspace.motion;
+        let state = &mut self.workspace.state.motion;
         if !state.matters(followed.from) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return state.pass(followed.from);
         }
         self.deadline.allow_for_long_step();
-        self.workspace.motion.followed = match followed.phase {
+        self.workspace.state.motion.followed = match followed.phase {
             Phase::Contact(moment) => self.look_for_contact(followed, moment),
             Phase::Window | Phase::Direction => self.narrow(followed),
         };
@@ -249,7 +253,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
             ..
         } = self.question.setting;
         let tolerance = self.question.tolerance;
-        let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
+        let (stats, state) = (
+            &mut self.workspace.run.stats,
+            &mut self.workspace.state.motion,
+        );
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (
             of_a.of(self.a, pair[0], |v| v),
@@ -329,7 +336,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
             ..
         } = self.question.setting;
         let tolerance = self.question.tolerance;
-        let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
+        let (stats, state) = (
+            &mut self.workspace.run.stats,
+            &mut self.workspace.state.motion,
+        );
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (
             of_a.of(self.a, pair[0], |v| v),
@@ -350,7 +360,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 pair,
                 distance,
             });
-            self.question.cut = self.question.setting.cut(&self.workspace.motion);
+            self.question.cut = self.question.setting.cut(&self.workspace.state.motion);
             return None;
         }
         followed.phase = match moment {

@@ -7,11 +7,11 @@
 //! `docs/numerics.md`, "Motion".
 
 use super::relative_motion::Setting;
+use crate::engine::boxes::edge_axes;
+use crate::engine::boxes::relative_pose::{Entries, RelativePose, View, Views, cross};
+use crate::engine::boxes::{Boxes, Extents, Facing, Plane, Planes, Slabs, Triangles, splat};
+use crate::engine::expand::{Keys, Measure};
 use crate::model::cost::{WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST};
-use crate::query::boxes::{Boxes, Extents, Facing, Plane, Planes, Slabs, Triangles, splat};
-use crate::query::edge_axes;
-use crate::query::expand::{Keys, Measure};
-use crate::query::relative_pose::{Entries, RelativePose, View, Views, cross};
 use crate::tree::{Node, WIDTH, xyz};
 use glam::DVec3;
 use punctual_geom::bits;

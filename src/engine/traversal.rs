@@ -1,0 +1,150 @@
+//! The one loop over node pairs, its stop rule and its guarantee.
+//!
+//! Every question ([`Visitor`]) about node pairs runs through [`traverse`]: intersection
+//! ([`meeting`]), distance and contacts ([`nearest`]), time of impact ([`motion`]), ray casts
+//! ([`ray`]), points ([`point`]) and containment ([`contained`]); with and without a budget, in
+//! every order. Two questions have a loop of their own beside it, under the same deadline:
+//! manifolds step through the overlaps after the contacts ([`overlaps`]), and [`motion`] goes from
+//! substep to substep, and skips those that its bounds prove free.
+//!
+//! Each iteration does one step of bounded work: it tests triangle pairs, or opens a node pair of the
+//! frontier ([`expand`]). Before each step the deadline may end the call. Everything not done by
+//! then is still in the buffers:
+//!
+//! **Guarantee.** At every moment each pair of triangles that matters to the question has been
+//! taken into account, or waits, or is in doubt, or lies under a pair of the frontier. So empty
+//! buffers prove that nothing was missed. A stopped run can bound what may be missing and continue
+//! later as if it had never stopped.
+//!
+//! [`contained`]: crate::query::points::contained
+//! [`expand`]: super::expand
+//! [`meeting`]: crate::query::intersection::meeting
+//! [`motion`]: crate::query::motion
+//! [`nearest`]: crate::query::distance::nearest
+//! [`overlaps`]: crate::query::manifolds::overlaps
+//! [`point`]: crate::query::points
+//! [`ray`]: crate::query::rays
+
+use super::boxes::{RelativePose, flushing};
+use super::deadline::Deadline;
+use super::expand::Keys;
+use super::frontier::{Origin, Pair};
+use super::outcome::StopReason;
+use super::strategy::Strategy;
+use super::triangles::corners::Corners;
+use super::workspace::Workspace;
+use crate::tree::{Tree, WIDTH};
+use punctual_geom::Pose;
+use punctual_geom::lanes::{Kernel, Lanes};
+
+/// One call of a query that asks `Q`.
+pub(crate) struct Traversal<'q, 'c, Q> {
+    pub question: Q,
+    pub a: &'q Tree,
+    pub b: &'q Tree,
+    pub b_in_a: &'q Pose,
+    pub strategy: Strategy,
+    pub relative: &'q RelativePose,
+    pub workspace: &'q mut Workspace,
+    pub deadline: &'q mut Deadline<'c>,
+    /// Where the current pair comes from.
+    pub origin: Origin,
+    /// The factor of the depths of its children in their keys, if it is from the queue.
+    pub share: f32,
+}
+
+/// The operations that a question supplies to the loop.
+pub(crate) trait Visitor {
+    /// True if the loop must check whether flushing of denormal numbers matters for the trees and
+    /// the pose.
+    const ASKS_OF_FLUSHING: bool = true;
+
+    /// Takes the next pair to open.
+    fn next_pair(&mut self) -> Option<(Pair, Origin)>;
+
+    /// Replaces the pair by those pairs of its children that matter. Drops it if it no longer
+    /// matters. `keys` is room for the keys of the children.
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys);
+
+    /// True if triangle pairs wait for a test: a full batch, or `any` at all.
+    fn waits(&self, any: bool) -> bool;
+
+    /// Does one step of tests. Returns a reason if the run ends with it.
+    fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason>;
+}
+
+/// Continues the run in the workspace, which asks `question`, until it is over or the deadline
+/// stops it.
+pub(crate) fn traverse<'q, 'c, Q>(
+    question: Q,
+    [a, b]: [&'q Tree; 2],
+    b_in_a: &'q Pose,
+    relative: &'q RelativePose,
+    workspace: &'q mut Workspace,
+    deadline: &'q mut Deadline<'c>,
+) -> StopReason
+where
+    Traversal<'q, 'c, Q>: Visitor,
+{
+    if Traversal::<Q>::ASKS_OF_FLUSHING && flushing::matters(a, b, b_in_a) {
+        workspace.run.stopped = true;
+        return StopReason::FlushedToZero;
+    }
+    workspace.corners.iter_mut().for_each(Corners::clear);
+    deadline.begin(workspace.run.stats.work);
+    let mut traversal = Traversal {
+        question,
+        a,
+        b,
+        b_in_a,
+        strategy: workspace.run.strategy,
+        relative,
+        workspace,
+        deadline,
+        origin: Origin::Stack,
+        share: 0.0,
+    };
+    let stop = traversal.workspace.instructions.run(&mut traversal);
+    let Traversal {
+        workspace,
+        deadline,
+        ..
+    } = traversal;
+    deadline.end(workspace.run.stats.work);
+    workspace.run.stopped = !stop.is_final();
+    stop
+}
+
+impl<'q, 'c, Q> Kernel for &mut Traversal<'q, 'c, Q>
+where
+    Traversal<'q, 'c, Q>: Visitor,
+{
+    type Output = StopReason;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> StopReason {
+        let mut keys = [[0.0; WIDTH]; WIDTH];
+        loop {
+            if let Some(reason) = self.deadline.stop(self.workspace.run.stats.work) {
+                return if self.workspace.is_done() {
+                    StopReason::Finished
+                } else {
+                    reason
+                };
+            }
+            if self.workspace.testing {
+                if let Some(reason) = self.test(lanes) {
+                    return reason;
+                }
+            } else if let Some((pair, origin)) = self.next_pair() {
+                self.origin = origin;
+                self.open(lanes, pair, &mut keys);
+                self.workspace.testing = self.waits(false);
+            } else if self.waits(true) {
+                self.workspace.testing = true;
+            } else {
+                return StopReason::Finished;
+            }
+        }
+    }
+}

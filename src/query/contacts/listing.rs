@@ -1,0 +1,44 @@
+//! What a run for contacts or manifolds has done and left, for predictions.
+
+use crate::engine::frontier::Pair;
+use crate::engine::question::{Ask, Query, Question};
+use crate::engine::workspace::{Asked, Workspace};
+use crate::model::listing::Listing;
+use crate::tree::Tree;
+
+/// Number of node pairs that are sampled; the others count as the mean of the sample.
+const SAMPLE: usize = 256;
+
+impl<Q: Question> Query<'_, Q>
+where
+    Self: Ask<Q>,
+{
+    /// What a run for contacts or manifolds in the workspace has done and left.
+    #[doc(hidden)]
+    pub fn listing(&self, workspace: &Workspace) -> Listing {
+        let asked = self.key().asked;
+        // Once all pairs are listed, the frontier holds nodes that rays enter.
+        let is_listed =
+            matches!(asked, Asked::Manifolds(_)) && workspace.state.manifolds.reduction.is_listed;
+        let nodes = [self.a, self.b].map(Tree::nodes);
+        let fourth_root = |pair: Pair| {
+            let [a, b] = [0, 1].map(|side| nodes[side][pair.nodes[side] as usize].self_cost);
+            f64::from(libm::sqrtf(libm::sqrtf(a * b)))
+        };
+        let open = if is_listed {
+            0
+        } else {
+            workspace.frontier.len()
+        };
+        let sampled = workspace.frontier.iter().take(open.min(SAMPLE));
+        let sum: f64 = sampled.map(fourth_root).sum();
+        let waiting = workspace.triangle_pairs().count() + workspace.state.distance.pairs().count();
+        Listing {
+            pairs: self.a.mesh().len() as f64 * self.b.mesh().len() as f64,
+            work: workspace.work() as f64,
+            found: workspace.found() as f64,
+            waiting: waiting as f64,
+            open: sum * open as f64 / open.clamp(1, SAMPLE) as f64,
+        }
+    }
+}
