@@ -39,7 +39,8 @@ pub(super) struct Advance {
 pub(super) struct Cone {
     pub radius: f64,
     pub directions: [DVec3; 3],
-    /// Distance of the plane through the directions from 0, and the radius of the circle in them.
+    /// Distance from 0 of the plane through the directions, and the radius of the circle that lies
+    /// within their triangle.
     plane: f64,
     inradius: f64,
     level: u8,

@@ -49,7 +49,7 @@ pub(super) enum Task {
     Explore,
     /// Searches the length of a push.
     Push(Push),
-    /// Turns a new best push, or ends one.
+    /// Tilts the direction of a new best push, or ends its search.
     Polish(Push),
     /// Grows the balls of the seeds.
     Grow,

@@ -2,8 +2,8 @@
 //!
 //! Vertices may have normals, colours or texture coordinates behind the coordinates (`NOFF`, `COFF`, `STOFF`), and
 //! faces a colour. The keyword may be missing, or stand before the counts on their line, with a blank or without, as
-//! some collections have it. Most files have a line for each vertex and face. To the format, though, line ends are
-//! blanks, but for that behind a face's colour. A file that cannot be read line by line is read as [`Layout`] says.
+//! some collections have it. Most files have a line for each vertex and face. The format allows a line end wherever it
+//! allows a blank, but behind a face's colour. A file that cannot be read line by line is read as [`Layout`] says.
 
 use std::str::SplitAsciiWhitespace;
 

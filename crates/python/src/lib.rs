@@ -3,9 +3,8 @@
 //! A thin face. Here are the arrays, the interpreter's lock and the exceptions; `python/punctual3d` has the rest of the
 //! package: its names and its types.
 //!
-//! **The interpreter's lock.** Builds, batches and queries run without it, but a query with a budget of less than 50
-//! ms: to
-//! get the lock back from another thread may take 5 ms, much longer than the budget.
+//! **The interpreter's lock.** Builds, batches and queries run without it. A query with a budget of less than 50 ms
+//! keeps it: to get it back from another thread may take 5 ms.
 //!
 //! **Ctrl-C.** Every call that may take longer looks for it every 50 ms (`interrupt`).
 

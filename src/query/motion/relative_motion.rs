@@ -241,8 +241,8 @@ impl<'m> RelativeMotion<'m> {
         half * self.drift + 0.5 * self.acceleration * half * half
     }
 
-    /// The part of that distance from the accelerations at that time, for the corners of a triangle
-    /// of B.
+    /// How far the accelerations at the time of the twist move the corners of a triangle of B off
+    /// their tangent lines, `half` of a unit of time later.
     pub fn bends(&self, twist: &Twist, corners: &[DVec3; 3], half: f64) -> [DVec3; 3] {
         if self.spin == 0.0 {
             return [DVec3::ZERO; 3];

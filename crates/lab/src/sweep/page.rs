@@ -116,7 +116,7 @@ fn number(value: f64) -> String {
     decimals(value, 2)
 }
 
-/// So many of them.
+/// A count with its noun, such as "3 cases".
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }

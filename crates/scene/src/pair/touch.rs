@@ -71,7 +71,7 @@ impl Touch {
     }
 
     /// Stores the manifolds of two bodies found in `frame`. Contacts not found are at least `low`
-    /// apart. No point stands for a body that is `within` the other.
+    /// apart. A body `within` the other has no points.
     pub fn update(
         &mut self,
         pair: [&Placed; 2],
