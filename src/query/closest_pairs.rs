@@ -12,7 +12,7 @@ use super::traversal::Traversal;
 use super::triangle_pairs::{ids, rows};
 use super::workspace::Workspace;
 use crate::contact::Contact;
-use crate::contact::manifold::{Shape, Skin, falls_beside};
+use crate::contact::manifold::{Shape, falls_beside};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
     WORK_PER_LOOKUP, WORK_PER_SEGMENT,
@@ -110,7 +110,7 @@ impl Traversal<'_, '_, Nearness> {
                 if reduction.skin.covers(of_pair, low, normal, nearest)
                     || falls_beside(shape, pair, of_pair, places, low, normal)
                 {
-                    if Skin::has_area(of_pair) {
+                    if reduction.skin.wants_area(of_pair) {
                         let low = ONLY_AREA;
                         search.proposed.push(Bounded { pair, low });
                     }

@@ -72,6 +72,7 @@ use punctual_geom::Pose;
 pub struct Manifolds {
     b_in_a: Pose,
     options: ContactOptions,
+    has_areas: bool,
 }
 
 impl Question for Manifolds {
@@ -113,7 +114,22 @@ impl<'t> Query<'t, Manifolds> {
             margin: 0.0,
             limit: usize::MAX,
         };
-        Self::of([a, b], Manifolds { b_in_a, options })
+        let asked = Manifolds {
+            b_in_a,
+            options,
+            has_areas: true,
+        };
+        Self::of([a, b], asked)
+    }
+
+    /// Whether areas are measured where the surfaces are apart; true by default. Without,
+    /// [`Manifold::area`] and [`Manifold::centroid`] are those of the overlap, if there is one, else
+    /// 0 and the middle of the points. For solvers that need only points: takes about a seventh less
+    /// time.
+    #[must_use]
+    pub fn areas(mut self, measured: bool) -> Self {
+        self.asked.has_areas = measured;
+        self
     }
 
     /// Surfaces no farther apart than this have points of contact, in the length unit of the
@@ -202,7 +218,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         Key::new(
             [self.a, self.b],
             self.asked.b_in_a,
-            Asked::Manifolds(self.asked.options),
+            Asked::Manifolds(self.asked.options, self.asked.has_areas),
         )
     }
 
@@ -215,8 +231,8 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             contacts,
             ..
         } = workspace;
-        let width = self.asked.options.margin;
-        reduction.begin(width, self.size(), self.shape(), overlaps);
+        let skin = (self.asked.options.margin, self.asked.has_areas);
+        reduction.begin(skin, self.size(), self.shape(), overlaps);
         overlaps.reserve(contacts.capacity());
     }
 
