@@ -901,3 +901,48 @@ fn with_a_memory_ids_do_not_depend_on_how_a_query_is_cut() {
         assert_eq!(workspace.manifolds(), all, "{number}");
     }
 }
+
+#[test]
+fn without_areas_the_points_stay_and_only_areas_lack() {
+    let mut workspace = Workspace::new();
+    let mut apart = 0;
+    for (a, b, pose, skin) in cases() {
+        // More pieces that are apart.
+        let skin = skin + 0.05;
+        let whole = manifolds(&a, &b, pose, skin);
+        let query = Query::manifolds(&a, &b, pose).skin(skin);
+        let _ = query.areas(false).run(&mut workspace, Budget::unlimited());
+        let points = workspace.manifolds();
+        let deepest = |all: &[Manifold]| all.first().map_or(0.0, |manifold| manifold.distance);
+        let [with, without] = [&whole[..], points].map(deepest);
+        assert!((with - without).abs() <= 1e-3 * skin.max(with.abs()));
+        for manifold in points.iter().filter(|manifold| !manifold.is_overlap) {
+            let count = manifold.points().len() as f64;
+            let middles = manifold
+                .points()
+                .iter()
+                .map(|point| 0.5 / count * (point.points[0] + point.points[1]));
+            assert_eq!(manifold.area, 0.0);
+            assert!((manifold.centroid - middles.sum::<DVec3>()).length() < 1e-9);
+            apart += 1;
+        }
+        // Every piece has a point of the same direction.
+        for manifold in &whole {
+            let same = |other: &Manifold| other.normal.dot(manifold.normal) > 0.68;
+            assert!(manifold.normal == DVec3::ZERO || points.iter().any(same));
+        }
+    }
+    assert!(apart >= 2, "{apart}");
+}
+
+#[test]
+fn a_query_for_areas_does_not_go_on_from_one_without() {
+    let (a, b, pose, skin) = cases().swap_remove(0);
+    let query = Query::manifolds(&a, &b, pose).skin(skin);
+    let mut workspace = Workspace::new();
+    let cut = query.areas(false).run(&mut workspace, Budget::work(1000));
+    assert_eq!(cut.stop, StopReason::WorkLimit);
+    assert!(query.resume(&mut workspace, Budget::unlimited()).is_err());
+    let query = query.areas(false);
+    assert!(query.resume(&mut workspace, Budget::unlimited()).is_ok());
+}
