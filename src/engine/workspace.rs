@@ -136,7 +136,7 @@ pub enum Asked {
     /// The options are in the [`MotionState`].
     Motion,
     Contacts(ContactOptions),
-    Manifolds(ContactOptions, bool),
+    Manifolds(ContactOptions),
     /// The rays are in the [`RayState`].
     Ray,
     /// The points are in the [`PointState`].

@@ -19,7 +19,7 @@ where
         let asked = self.key().asked;
         // Once all pairs are listed, the frontier holds nodes that rays enter.
         let is_listed =
-            matches!(asked, Asked::Manifolds(..)) && workspace.state.manifolds.reduction.is_listed;
+            matches!(asked, Asked::Manifolds(_)) && workspace.state.manifolds.reduction.is_listed;
         let nodes = [self.a, self.b].map(Tree::nodes);
         let fourth_root = |pair: Pair| {
             let [a, b] = [0, 1].map(|side| nodes[side][pair.nodes[side] as usize].self_cost);

@@ -16,7 +16,7 @@ use crate::model::cost::{
     WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::query::contacts::contact::Contact;
-use crate::query::manifolds::manifold::{Shape, falls_beside};
+use crate::query::manifolds::manifold::{Shape, Skin, falls_beside};
 use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
@@ -107,7 +107,7 @@ impl Traversal<'_, '_, Nearness> {
                 if reduction.skin.covers(of_pair, low, normal, nearest)
                     || falls_beside(shape, pair, of_pair, places, low, normal)
                 {
-                    if reduction.skin.wants_area(of_pair) {
+                    if Skin::has_area(of_pair) {
                         let low = ONLY_AREA;
                         search.proposed.push(Bounded { pair, low });
                     }

@@ -75,7 +75,6 @@ use punctual_geom::Pose;
 pub struct Manifolds {
     b_in_a: Pose,
     options: ContactOptions,
-    has_areas: bool,
 }
 
 impl Question for Manifolds {
@@ -117,22 +116,7 @@ impl<'t> Query<'t, Manifolds> {
             margin: 0.0,
             limit: usize::MAX,
         };
-        let asked = Manifolds {
-            b_in_a,
-            options,
-            has_areas: true,
-        };
-        Self::of([a, b], asked)
-    }
-
-    /// Whether areas are measured where the surfaces are apart; true by default. Without,
-    /// [`Manifold::area`] and [`Manifold::centroid`] are those of the overlap, if there is one, else
-    /// 0 and the middle of the points. For solvers that need only points: takes about a seventh less
-    /// time. Curved contacts may be divided into pieces otherwise.
-    #[must_use]
-    pub fn areas(mut self, measured: bool) -> Self {
-        self.asked.has_areas = measured;
-        self
+        Self::of([a, b], Manifolds { b_in_a, options })
     }
 
     /// Surfaces no farther apart than this have points of contact, in the length unit of the
@@ -221,7 +205,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         Key::new(
             [self.a, self.b],
             self.asked.b_in_a,
-            Asked::Manifolds(self.asked.options, self.asked.has_areas),
+            Asked::Manifolds(self.asked.options),
         )
     }
 
@@ -230,9 +214,9 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         workspace.run.key = Some(self.key());
         let room = workspace.state.contacts.capacity();
         let state = &mut workspace.state.manifolds;
-        let skin = (self.asked.options.margin, self.asked.has_areas);
+        let width = self.asked.options.margin;
         let (reduction, overlaps) = (&mut state.reduction, &mut state.overlaps);
-        reduction.begin(skin, self.size(), self.shape(), overlaps);
+        reduction.begin(width, self.size(), self.shape(), overlaps);
         overlaps.reserve(room);
     }
 

@@ -663,18 +663,11 @@ impl Reduction {
     }
 
     /// Prepares for a query with a skin of this width. `size` is that of the smaller mesh.
-    pub fn begin(
-        &mut self,
-        (width, has_areas): (f64, bool),
-        size: f64,
-        shape: Shape,
-        overlaps: &mut Overlaps,
-    ) {
+    pub fn begin(&mut self, width: f64, size: f64, shape: Shape, overlaps: &mut Overlaps) {
         (self.is_on, self.is_new) = (true, true);
         overlaps.clear();
         overlaps.inset.begin(shape);
-        self.skin
-            .begin(width, overlaps.inset.reach(), size, has_areas);
+        self.skin.begin(width, overlaps.inset.reach(), size);
     }
 
     /// How far what is reduced may be from the surfaces.

@@ -152,11 +152,7 @@ impl<'t> Question<'t> {
     /// The contacts of the bodies of a pair.
     #[cold]
     pub fn contacts(pair @ [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
-        Self::Contacts(
-            Query::manifolds(&a.body.tree, &b.body.tree, b_in_a)
-                .skin(margins(pair))
-                .areas(false),
-        )
+        Self::Contacts(Query::manifolds(&a.body.tree, &b.body.tree, b_in_a).skin(margins(pair)))
     }
 
     #[inline]

@@ -25,9 +25,7 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
 fn truth(scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace) -> Vec<f64> {
     let [x, y] = [a, b].map(|id| scene.body(id).unwrap());
     let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
-    let query = Query::manifolds(&x.tree, &y.tree, b_in_a)
-        .skin(x.margin + y.margin)
-        .areas(false);
+    let query = Query::manifolds(&x.tree, &y.tree, b_in_a).skin(x.margin + y.margin);
     let found = query.run(workspace, Budget::unlimited().clock(&ManualClock::new()));
     assert_eq!(found.value.low, f64::INFINITY);
     let points = workspace.manifolds().iter().flat_map(|m| m.points());

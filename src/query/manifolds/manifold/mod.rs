@@ -37,8 +37,7 @@ pub struct Manifold {
     /// The least signed distance found; minus the depth if it is negative.
     pub distance: f64,
     /// Area projected along the normal: of the region inside the other surface, and of the parts of
-    /// faces that face each other within 45 degrees, no farther apart than the skin
-    /// ([`Query::areas`](crate::Query::areas)).
+    /// faces that face each other within 45 degrees, no farther apart than the skin.
     pub area: f64,
     /// Middle of that area; the middle of the points if there is none.
     pub centroid: DVec3,

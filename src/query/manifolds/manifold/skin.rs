@@ -107,8 +107,6 @@ pub(crate) struct Skin {
     pub width: f64,
     /// Surfaces that are sunk by less than this may count as touching.
     pub reach: f64,
-    /// True if areas and centroids are wanted.
-    pub has_areas: bool,
     /// A point counts as farther out by this much for each unit of length that it is nearer: the
     /// size of the smaller mesh over the width of the skin. So the extremes are the points that
     /// meet first when a body turns.
@@ -145,8 +143,7 @@ fn is_along(u: DVec3, v: DVec3, least: f64) -> bool {
 
 impl Skin {
     /// `size` is that of the smaller mesh.
-    pub fn begin(&mut self, width: f64, reach: f64, size: f64, has_areas: bool) {
-        self.has_areas = has_areas;
+    pub fn begin(&mut self, width: f64, reach: f64, size: f64) {
         (self.width, self.reach) = (larger(width, reach), reach);
         self.lean = if width > 0.0 {
             larger(size / width, 1e-6)
@@ -257,23 +254,22 @@ impl Skin {
         }
     }
 
-    /// True if two triangles face each other, so that they may have an area in common, and it is
-    /// wanted.
-    pub fn wants_area(&self, corners: [&[DVec3; 3]; 2]) -> bool {
+    /// True if two triangles face each other, so that they may have an area in common.
+    pub fn has_area(corners: [&[DVec3; 3]; 2]) -> bool {
         let [a, b] = corners.map(face);
-        self.has_areas && is_along(-a, b, OPPOSITE)
+        is_along(-a, b, OPPOSITE)
     }
 
     /// Adds the area that two triangles have in common, if they face each other.
     pub fn add_area(&mut self, corners: [&[DVec3; 3]; 2]) {
-        if self.wants_area(corners) {
+        if Self::has_area(corners) {
             let (face, normal) = larger_face(corners.map(face));
             self.insert_area(corners, face, normal, None);
         }
     }
 
-    /// Adds the area that both triangles have in common, seen along the normal of one of them, if
-    /// it is wanted. If they are at least `least` apart, its corners are points.
+    /// Adds the area that both triangles have in common, seen along the normal of one of them. If
+    /// they are at least `least` apart, its corners are points.
     fn insert_area(
         &mut self,
         corners: [&[DVec3; 3]; 2],
@@ -282,35 +278,30 @@ impl Skin {
         least: Option<f64>,
     ) {
         let away = if face == 0 { -normal } else { normal };
-        let gains = least.is_some_and(|least| {
-            self.cone(normal).is_none_or(|cone| {
-                let farthest = &self.cones[cone].farthest;
-                farthest.may_gain(corners, -self.lean * least, 0.0)
-            })
-        });
-        if !gains && !self.has_areas {
-            return;
-        }
         let heights = [-self.reach, self.width];
         let polygon = clip(corners[1 - face], corners[face], away, heights);
         let Some(&first) = polygon.first() else {
             return;
         };
+        let cone = self.cone_for(normal);
+        let Cone {
+            area,
+            moment,
+            farthest,
+            ..
+        } = &mut self.cones[cone];
         // Seen from the face the polygon turns to the right.
         let facing = if face == 0 { normal } else { -normal };
-        if self.has_areas {
-            let cone = self.cone_for(normal);
-            let Cone { area, moment, .. } = &mut self.cones[cone];
-            for pair in polygon.windows(2) {
-                let part = 0.5 * (pair[0] - first).cross(pair[1] - first);
-                if is_along(part, facing, OPPOSITE) {
-                    let part = part.dot(facing);
-                    *area += part;
-                    *moment += part / 3.0 * (first + pair[0] + pair[1]);
-                }
+        for pair in polygon.windows(2) {
+            let part = 0.5 * (pair[0] - first).cross(pair[1] - first);
+            if is_along(part, facing, OPPOSITE) {
+                let part = part.dot(facing);
+                *area += part;
+                *moment += part / 3.0 * (first + pair[0] + pair[1]);
             }
         }
-        if !gains {
+        let gains = |least: f64| farthest.may_gain(corners, -self.lean * least, 0.0);
+        if !least.is_some_and(gains) {
             return;
         }
         for point in polygon {
