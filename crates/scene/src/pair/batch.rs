@@ -143,23 +143,21 @@ impl Batch {
                 break;
             }
             let held = self.held == Some(key);
-            if !held && turn.is_bare(bodies, round) {
-                if turn.search_entry(bodies, scratch, round, &mut deadline) == Ended::Stopped {
-                    self.held = Some(key);
-                    mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
-                }
-                continue;
-            }
-            let kept = self.workspace.as_mut().filter(|_| held);
-            let ended = turn.run(&mut Desk {
-                bodies,
-                round,
-                deadline: &mut deadline,
-                workspace: kept.unwrap_or(scratch),
-                held,
-                looks_ahead: self.looks_ahead,
-            });
-            turn.end_question(bodies, round.frame);
+            let ended = if !held && turn.is_bare(bodies, round) {
+                turn.search_entry(bodies, scratch, round, &mut deadline)
+            } else {
+                let kept = self.workspace.as_mut().filter(|_| held);
+                let ended = turn.run(&mut Desk {
+                    bodies,
+                    round,
+                    deadline: &mut deadline,
+                    workspace: kept.unwrap_or(scratch),
+                    held,
+                    looks_ahead: self.looks_ahead,
+                });
+                turn.end_question(bodies, round.frame);
+                ended
+            };
             match ended {
                 Ended::Complete if held => self.held = None,
                 Ended::Stopped if !held => {
@@ -247,7 +245,7 @@ impl Turn {
             (self.state.search, self.state.pending) = (self.known.cost, Spent::of(workspace));
             return Ended::Stopped;
         }
-        let found = u64::from(matches!(verdict, Verdict::Intersecting { .. }));
+        let found = u64::from(verdict.witness().is_some());
         self.standing = Standing {
             verdict,
             found,

@@ -164,7 +164,7 @@ impl Known {
             state.search = self.cost;
         }
         state.apart = if self.met() { 0.0 } else { self.apart() };
-        let is_witnessed = matches!(verdict, Verdict::Intersecting { .. });
+        let is_witnessed = verdict.witness().is_some();
         state.memory.decide(is_witnessed.then(|| self.witness()));
         state.finish(verdict, u64::from(is_witnessed), since);
     }

@@ -244,10 +244,7 @@ impl<'l> Listing<'l> {
         }
         let changed = || bodies.last_change(pair.key) == number;
         self.turns.list(pair.key, changed, || false);
-        let found = match pair.verdict {
-            Verdict::Intersecting { .. } | Verdict::Within { .. } => 1,
-            _ => 0,
-        };
+        let found = u64::from(pair.verdict.witness().is_some());
         self.report.push_complete(ids, pair.verdict, found, 0);
     }
 
@@ -409,7 +406,7 @@ impl<'l> Listing<'l> {
         if verdict == Verdict::Undecided {
             return false;
         }
-        let found = u64::from(matches!(verdict, Verdict::Intersecting { .. }));
+        let found = u64::from(verdict.witness().is_some());
         self.report.push_complete(pair.ids, verdict, found, 0);
         true
     }
