@@ -17,10 +17,11 @@ use std::time::Duration;
 use arms::Arms;
 use case::Case;
 use cpu_time::ThreadTime;
+use oorandom::Rand64;
 use punctual::clock::SystemClock;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{Budget, Clock, Mesh, Mode, Pose, Query, StopReason, Tree, Workspace, shapes};
-use punctual_scene::{Body, Scene};
+use punctual_scene::{Body, BodyId, Scene};
 
 /// Quantiles of times, microseconds.
 fn row(name: &str, mut times: Vec<Duration>) {
@@ -165,6 +166,65 @@ fn arms_at_work(calls: usize) {
     });
 }
 
+/// Scenes of many knots that move: what is asked of them, and how many and how dense they are.
+fn crowds(calls: usize) {
+    let knot = Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 24)));
+    type Ask = fn(&mut Scene, &[BodyId]);
+    let groups: Ask = |scene, ids| {
+        let teams: Vec<_> = ids.chunks(8).collect();
+        for (i, a) in teams.iter().enumerate() {
+            for b in &teams[..i] {
+                scene.measure_groups(a, b, 1e-3).expect("sound bodies");
+            }
+        }
+    };
+    let halves: Ask = |scene, ids| {
+        let [a, b] = [&ids[..949], &ids[949..]];
+        scene.measure_groups(a, b, 1e-3).expect("sound bodies");
+    };
+    let crowds: [(&str, usize, f64, Ask); 5] = [
+        ("1,000 knots", 1_000, 14.0, |_, _| ()),
+        ("contacts of 1,000 knots", 1_000, 14.0, |scene, _| {
+            scene.find_contacts()
+        }),
+        ("120 pairs of groups", 128, 12.0, groups),
+        ("groups of 900,000 pairs", 1_898, 30.0, halves),
+        ("50,000 knots", 50_000, 80.0, |_, _| ()),
+    ];
+    for (name, count, side, ask) in crowds {
+        for micros in [100, 300, 1_000] {
+            let mut random = Rand64::new(1);
+            let mut vector =
+                |scale: f64| scale * DVec3::from_array([(); 3].map(|()| random.rand_float()));
+            let mut scene = Scene::new();
+            scene.reserve(count, 20 * count);
+            let ids: Vec<_> = (0..count)
+                .map(|_| {
+                    let body = Body::moving(Arc::clone(&knot), at(vector(side)));
+                    scene.insert(body.margin(0.02)).expect("a sound body")
+                })
+                .collect();
+            ask(&mut scene, &ids);
+            let budget = Duration::from_micros(micros);
+            let calls = if count > 10_000 { calls / 4 } else { calls };
+            measure(name, calls, budget, |_| {
+                let report = scene.detect(Budget::time(budget));
+                let stopped = !report.is_whole() || report.complete < report.pairs.len();
+                for &id in &ids {
+                    let place = scene.body(id).expect("a body").pose.translation();
+                    let pose = at(place + vector(0.06) - DVec3::splat(0.03));
+                    scene.set_pose(id, pose).expect("a moving body");
+                }
+                stopped
+            });
+        }
+    }
+}
+
+fn at(place: DVec3) -> Pose {
+    Pose::new(DMat3::IDENTITY, place).expect("a pose")
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args()
         .skip(1)
@@ -186,6 +246,7 @@ fn main() {
     knots(calls);
     scenes_of_two(calls / 20);
     arms_at_work(calls);
+    crowds(calls / 40);
     far_and_free(&Case::ball_and_knot(), calls);
     for folder in arguments
         .iter()

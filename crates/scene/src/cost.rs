@@ -48,6 +48,10 @@ pub const WORK_PER_KNOWN_PAIR: u64 = 2;
 pub const WORK_PER_PAIR_APART: u64 = 15;
 pub const WORK_PER_LISTED_PAIR: u64 = 80;
 
+/// The same of a pair of groups.
+pub const WORK_PER_PAIR_OF_GROUPS_APART: u64 = 60;
+pub const WORK_PER_PAIR_OF_GROUPS: u64 = 300;
+
 /// Work of keeping a pair in the report, and in its order, for another frame.
 pub const WORK_PER_KEPT_PAIR: u64 = 3;
 

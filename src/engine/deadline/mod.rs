@@ -22,8 +22,10 @@ use core::time::Duration;
 use punctual_geom::nanoseconds;
 use system::ClockedBudget;
 
-/// Maximum work between two readings of the clock: about a millisecond.
+/// Maximum work between two readings of the clock: about a millisecond. In a part of a call it is
+/// some 10 us: what comes next may be several times as slow as all that was measured.
 const BETWEEN_LOOKS: u64 = 1 << 20;
+const BETWEEN_LOOKS_OF_A_PART: u64 = 1 << 13;
 
 /// The end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
 ///
@@ -43,8 +45,9 @@ pub struct Deadline<'c> {
     safe: u64,
     /// The slowest assumed pace: nanoseconds per unit, or this many times the mean so far.
     slowest: [f64; 2],
-    /// The work until the next reading is the safe work divided by this.
+    /// The work until the next reading is the safe work divided by this, and at most so much.
     stretch: u64,
+    between_looks: u64,
     /// Time of the first reading, and the work since. A later reading before any work takes its
     /// place: the time before is no measure of the pace.
     first_look: Option<Duration>,
@@ -104,6 +107,7 @@ impl<'c> Deadline<'c> {
             safe: if end.is_some() { 0 } else { BETWEEN_LOOKS },
             slowest: [SLOWEST_UNIT, SLOWEST_TO_MEAN],
             stretch: 1,
+            between_looks: BETWEEN_LOOKS,
             first_look: None,
             done: 0,
             at: 0,
@@ -122,6 +126,7 @@ impl<'c> Deadline<'c> {
         Self {
             slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART],
             stretch: 2,
+            between_looks: BETWEEN_LOOKS_OF_A_PART,
             ..Self::at(end, work, clock)
         }
     }
@@ -167,10 +172,7 @@ impl<'c> Deadline<'c> {
         let Some(safe) = safe else {
             return Some(self.no_time());
         };
-        self.safe = self
-            .until_next_look(safe)
-            .min(BETWEEN_LOOKS)
-            .max(self.poll_interval);
+        self.safe = self.until_next_look(safe).max(self.poll_interval);
         self.begin(work);
         None
     }
@@ -194,7 +196,7 @@ impl<'c> Deadline<'c> {
     pub fn has_room(&mut self, work: u64) -> bool {
         if self.safe < work {
             let safe = self.safe_work().unwrap_or(0);
-            self.safe = safe.min(work.max(self.until_next_look(safe).min(BETWEEN_LOOKS)));
+            self.safe = safe.min(work.max(self.until_next_look(safe)));
         }
         self.left >= work && self.safe >= work
     }
@@ -266,11 +268,11 @@ impl<'c> Deadline<'c> {
     /// Work until the next reading of the clock. Before the first units are done, their pace is
     /// unknown.
     fn until_next_look(&self, safe: u64) -> u64 {
-        safe / if self.done == 0 {
-            FIRST_TO_SLOWEST
-        } else {
-            self.stretch
-        }
+        let part = match self.done {
+            0 => FIRST_TO_SLOWEST,
+            _ => self.stretch,
+        };
+        (safe / part).min(self.between_looks)
     }
 
     /// Reads the clock. Returns the work that takes no longer than the time left; `None` if the

@@ -5,6 +5,7 @@ use crate::id::{MeasureId, PairKey, SceneNumber, bodies_of};
 use crate::pair::bounds::{Bounds, Near};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
+use core::mem;
 
 /// The distance request of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -36,8 +37,11 @@ impl DistanceRequest {
 pub(crate) struct Group {
     /// `None` for the free slot of a group whose request has ended.
     pub id: Option<MeasureId>,
-    /// Number of pairs of bodies.
-    pub pairs: usize,
+    /// The pairs of bodies, ascending.
+    pub keys: Vec<PairKey>,
+    /// The index of the pair whose boxes are looked at next, and the pair with the nearest boxes so far.
+    pub next: usize,
+    pub nearest: Option<PairKey>,
     /// The closest pair found, the bounds proven for it, and the frame of the proof.
     pub closest: Option<(PairKey, Bounds, u64)>,
     /// Upper bound of the distance of the groups, proven for the current frame before any query.
@@ -47,13 +51,16 @@ pub(crate) struct Group {
 impl Group {
     const FREE: Self = Self {
         id: None,
-        pairs: 0,
+        keys: Vec::new(),
+        next: 0,
+        nearest: None,
         closest: None,
         ceiling: f64::INFINITY,
     };
 
     fn forget(&mut self, key: PairKey) {
-        self.pairs -= 1;
+        self.keys.retain(|&other| other != key);
+        self.nearest = self.nearest.filter(|&nearest| nearest != key);
         self.closest = self.closest.filter(|&(closest, ..)| closest != key);
     }
 }
@@ -65,6 +72,8 @@ pub(crate) struct DistanceRequests {
     /// The pairs of groups, each with the number of the groups and the tolerance, ascending.
     of_groups: Vec<(PairKey, u32, f64)>,
     pub groups: Vec<Group>,
+    /// The groups whose boxes are looked at next.
+    pub next: usize,
     /// Number of groups requested so far.
     count: u64,
 }
@@ -126,7 +135,7 @@ impl DistanceRequests {
         });
         self.groups[number] = Group {
             id: Some(id),
-            pairs: keys.len(),
+            keys: keys.to_vec(),
             ..Group::FREE
         };
         let new = keys.iter().map(|&key| (key, number as u32, tolerance));
@@ -141,8 +150,8 @@ impl DistanceRequests {
         let is_it = |group: &Group| group.id.is_some_and(|known| known.is(id));
         let number = self.groups.iter().position(is_it);
         let number = number.ok_or(SceneError::NoSuchMeasure { measure: id })?;
-        self.groups[number] = Group::FREE;
-        let bodies = self.pairs_of(number).flat_map(bodies_of).collect();
+        let ended = mem::replace(&mut self.groups[number], Group::FREE);
+        let bodies = ended.keys.into_iter().flat_map(bodies_of).collect();
         self.of_groups
             .retain(|&(_, other, _)| other as usize != number);
         Ok(bodies)
@@ -170,11 +179,5 @@ impl DistanceRequests {
         let of_groups = self.of_groups.iter().map(|(key, ..)| key);
         let mut keys = self.pairs.keys().chain(of_groups);
         keys.any(|&key| bodies_of(key).contains(&body))
-    }
-
-    /// The pairs of groups.
-    pub fn pairs_of(&self, number: usize) -> impl Iterator<Item = PairKey> {
-        let of_it = move |&&(_, other, _): &&(_, u32, _)| other as usize == number;
-        self.of_groups.iter().filter(of_it).map(|&(key, ..)| key)
     }
 }

@@ -265,40 +265,62 @@ impl Bodies {
     }
 
     /// Sets the upper bound of each group for this frame: the last frame's bound, corrected for
-    /// displacement. If there is none, it uses boxes, as far as the budget allows.
+    /// displacement. If there is none, it uses boxes: those of the pair that had the nearest ones, and
+    /// of as many others as the deadline allows, from where the last frame stopped.
     pub fn begin_groups(&mut self, frame: u64, deadline: &mut Deadline) {
-        for number in 0..self.distance_requests.groups.len() {
-            let closest = self.distance_requests.groups[number].closest;
-            let closest = closest.filter(|&(key, ..)| self.may_meet(bodies_of(key)));
-            let of_last = closest.map_or(f64::INFINITY, |(key, bounds, since)| {
-                if self.last_change(key) <= since {
-                    bounds.high
-                } else {
-                    self.carried(key, bounds, since, frame).high
-                }
-            });
-            let ceiling = if of_last < f64::INFINITY {
-                of_last
-            } else {
-                self.farthest(number, deadline)
-            };
+        let count = self.distance_requests.groups.len();
+        for number in 0..count {
+            let group = &self.distance_requests.groups[number];
+            let closest = (group.closest).filter(|&(key, ..)| self.may_meet(bodies_of(key)));
+            let of_last =
+                closest.map(
+                    |(key, bounds, since)| match self.last_change(key) <= since {
+                        true => bounds.high,
+                        false => self.carried(key, bounds, since, frame).high,
+                    },
+                );
+            let of_last = of_last.filter(|&high| high < f64::INFINITY);
+            let of_boxes = group.nearest.map_or(f64::INFINITY, |key| self.span(key));
             let group = &mut self.distance_requests.groups[number];
-            (group.ceiling, group.closest) = (ceiling, closest.filter(|_| of_last < f64::INFINITY));
+            group.closest = group.closest.filter(|_| of_last.is_some());
+            group.ceiling = of_last.unwrap_or(of_boxes);
+        }
+        let first = self.distance_requests.next;
+        for number in (first..count).chain(0..first.min(count)) {
+            if !self.look_at_boxes(number, deadline) {
+                self.distance_requests.next = number;
+                break;
+            }
         }
     }
 
-    /// An upper bound of the distance of groups, from the boxes of their bodies.
-    fn farthest(&self, number: usize, deadline: &mut Deadline) -> f64 {
-        let mut ceiling = f64::INFINITY;
-        for key in self.distance_requests.pairs_of(number) {
-            if !deadline.has_room(WORK_PER_PAIR_APART) {
-                break;
-            }
+    /// Looks at the boxes of groups of which nothing better is known; false if not at all of them.
+    fn look_at_boxes(&mut self, number: usize, deadline: &mut Deadline) -> bool {
+        let group = &self.distance_requests.groups[number];
+        if group.closest.is_some() {
+            return true;
+        }
+        let (mut next, mut nearest, mut ceiling) = (group.next, group.nearest, group.ceiling);
+        let mut left = group.keys.len();
+        while left > 0 && deadline.has_room(WORK_PER_PAIR_APART) {
             deadline.spend(WORK_PER_PAIR_APART);
-            if self.may_meet(bodies_of(key)) {
-                ceiling = ceiling.min(self.boxes_apart(key)[1]);
+            let key = group.keys[next % group.keys.len()];
+            (next, left) = (next % group.keys.len() + 1, left - 1);
+            let span = self.span(key);
+            if span < ceiling {
+                (nearest, ceiling) = (Some(key), span);
             }
         }
-        ceiling
+        let group = &mut self.distance_requests.groups[number];
+        (group.next, group.nearest, group.ceiling) = (next, nearest, ceiling);
+        left == 0
+    }
+
+    /// Upper bound of the distance of two bodies, from their boxes; infinite if they may not meet.
+    fn span(&self, key: PairKey) -> f64 {
+        match self.may_meet(bodies_of(key)) {
+            true => self.boxes_apart(key)[1],
+            false => f64::INFINITY,
+        }
     }
 }

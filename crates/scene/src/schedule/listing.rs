@@ -12,7 +12,10 @@ use super::turns::RoundRobin;
 use crate::ask::TurnKind;
 use crate::body::Bodies;
 use crate::broad::Broad;
-use crate::cost::{WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
+use crate::cost::{
+    WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART, WORK_PER_PAIR_OF_GROUPS,
+    WORK_PER_PAIR_OF_GROUPS_APART,
+};
 use crate::id::{BodyId, PairKey, bodies_of, pair_key};
 use crate::pair::frame::Frame;
 use crate::pair::spent::Spent;
@@ -170,6 +173,7 @@ impl<'l> Listing<'l> {
     /// Lists the pairs in a range of places. Returns the place before which it ended.
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
+        let has_groups = !self.frame.bodies.distance_requests.groups.is_empty();
         let end = places.end;
         for place in places {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
@@ -189,9 +193,11 @@ impl<'l> Listing<'l> {
                 true => self.list::<true>(pair, settled),
                 false => self.list::<false>(pair, settled),
             };
-            deadline.spend(match listed {
-                true => WORK_PER_LISTED_PAIR,
-                false => WORK_PER_PAIR_APART,
+            deadline.spend(match (pair.is_special && has_groups, listed) {
+                (false, true) => WORK_PER_LISTED_PAIR,
+                (false, false) => WORK_PER_PAIR_APART,
+                (true, true) => WORK_PER_PAIR_OF_GROUPS,
+                (true, false) => WORK_PER_PAIR_OF_GROUPS_APART,
             });
         }
         end

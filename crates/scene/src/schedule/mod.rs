@@ -99,6 +99,9 @@ const MOST_TIGHT: u64 = 256;
 /// Minimum number of known pairs per part of the list if their jobs are short.
 const PART: usize = 64;
 
+/// What is reserved for the end of the list and of the frame is at most a frame divided by this.
+const MOST_RESERVED: u32 = 8;
+
 /// Reading what jobs have found about groups takes at most a frame divided by this.
 const MOST_OF_GROUPS: u32 = 8;
 
@@ -199,8 +202,8 @@ impl Schedule {
 
     /// Tests the latest witnesses of pairs that met. If work is not limited, then searches the pairs
     /// that these tests leave open; in a tight frame, all other known pairs too. Under a budget of
-    /// time, returns when this step ended and the time left after it. The time to list the pairs
-    /// found is subtracted from the latter.
+    /// time, returns when this step ended and the time left after it, less what is reserved for the
+    /// end of the list and of the frame.
     pub fn revisit(
         &mut self,
         frame: &Frame,
@@ -208,7 +211,9 @@ impl Schedule {
         pairs: &mut Pairs,
         scratch: &mut Box<Workspace>,
     ) -> Option<[Duration; 2]> {
-        let whole = frame.is_timed().then_some(frame.times);
+        let [began, limit] = frame.times;
+        let reserved = (self.closing.time() + self.rest.time()).min(limit / MOST_RESERVED);
+        let whole = (frame.is_timed()).then(|| [began, limit.saturating_sub(reserved)]);
         if frame.is_still || frame.mode != Mode::Any || !frame.bodies.asks_without_contacts() {
             self.revisit.begin();
             return whole;
@@ -254,8 +259,7 @@ impl Schedule {
         self.revisit.end();
         let [began, limit] = whole?;
         let ended = frame.clock.now();
-        let of_list = pace::listing(self.revisit.found.len());
-        let end = began.saturating_add(limit.saturating_sub(of_list));
+        let end = began.saturating_add(limit);
         Some([ended, end.saturating_sub(ended)])
     }
 

@@ -1,6 +1,6 @@
 //! How long parts of a frame take: constants, and what earlier frames took.
 
-use crate::cost::{WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR};
+use crate::cost::WORK_PER_LISTED_PAIR;
 use core::time::Duration;
 use punctual::engine::TYPICAL_UNIT;
 use punctual_geom::nanoseconds;
@@ -45,11 +45,6 @@ impl Speed {
     pub fn work_per_nano(&self) -> f64 {
         self.work / self.nanos
     }
-}
-
-/// Time to list this many pairs that were found to meet before the list.
-pub(crate) fn listing(pairs: usize) -> Duration {
-    Duration::from_nanos(LISTING * WORK_PER_FOUND_PAIR * pairs as u64)
 }
 
 /// Time to collect this many jobs.

@@ -15,8 +15,9 @@ pub(crate) const PAIR: (u64, u32) = (5, 6);
 const PARTS: u64 = 6;
 const PARTS_OF_TIME: u32 = 8;
 
-/// Maximum time that counts for a list after its deadline, nanoseconds.
+/// Maximum time that counts for a list after its deadline, and for each pair found before, nanoseconds.
 const MOST_CLOSING: f64 = 10_000.0;
+const MOST_OF_FOUND: f64 = 250.0;
 
 /// The share of a frame.
 pub(crate) struct Share<'c> {
@@ -24,8 +25,8 @@ pub(crate) struct Share<'c> {
     started: Duration,
     limit: Duration,
     work: Option<u64>,
-    /// Work reserved for listing the pairs found before.
-    of_found: u64,
+    /// Number of pairs found before the list.
+    found: usize,
     clock: &'c dyn Clock,
     /// Work done so far.
     pub spent: u64,
@@ -40,10 +41,9 @@ impl<'c> Share<'c> {
         found: usize,
         clock: &'c dyn Clock,
     ) -> Self {
-        let of_found = found as u64 * WORK_PER_FOUND_PAIR;
         let work = budget.work_limit().map(|work| {
             work.saturating_add(BROAD_PHASE_WORK)
-                .saturating_sub(of_found)
+                .saturating_sub(listing(found))
         });
         // Without this, the compiler computes with missing values before they are needed, which
         // valgrind reports.
@@ -53,7 +53,7 @@ impl<'c> Share<'c> {
             started,
             limit,
             work,
-            of_found,
+            found,
             clock,
             spent: 0,
         }
@@ -66,11 +66,10 @@ impl<'c> Share<'c> {
         self.run_until(end, self.work_left(work), run);
     }
 
-    /// Runs the list, and measures how long it takes after its deadline (`closing`). Both together
-    /// get half of the time left, but the deadline is never in less than a quarter of it. The pairs
-    /// found before are listed in addition.
+    /// Runs the list in half of the time left, and measures how long it takes after that (`closing`):
+    /// the pairs found before are listed in any case.
     pub fn list(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline)) {
-        let (work, of_found) = (self.work_left(PARTS), self.of_found);
+        let (work, of_found) = (self.work_left(PARTS), listing(self.found));
         if !self.is_timed {
             return self.run_until(None, work.saturating_add(of_found), run);
         }
@@ -79,10 +78,11 @@ impl<'c> Share<'c> {
             .started
             .saturating_add(self.limit)
             .saturating_sub(began);
-        let end = began.saturating_add(left / 2 - closing.time().min(left / 4));
+        let end = began.saturating_add(left / 2);
         let work = work.min(list_work(left)).saturating_add(of_found);
         self.run_until(Some(end), work, run);
-        closing.learn(self.clock.now().saturating_sub(end), MOST_CLOSING);
+        let most = MOST_CLOSING + MOST_OF_FOUND * self.found as f64;
+        closing.learn(self.clock.now().saturating_sub(end), most);
     }
 
     /// The rest of so many parts of the work of the broad phase.
@@ -99,35 +99,32 @@ impl<'c> Share<'c> {
     }
 }
 
+/// Work of listing this many pairs that were found before.
+fn listing(found: usize) -> u64 {
+    found as u64 * WORK_PER_FOUND_PAIR
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use punctual::clock::ManualClock;
 
     #[test]
-    fn a_list_that_was_over_late_ends_earlier_from_then_on() {
+    fn what_a_list_takes_after_half_of_the_time_left_is_measured() {
         const LIMIT: Duration = Duration::from_micros(100);
+        let late = Duration::from_micros(8);
         let (clock, mut closing) = (ManualClock::new(), Reserved::default());
-        let mut over = || {
-            let began = clock.now();
-            let mut share = Share::new(Budget::time(LIMIT), Some([began, LIMIT]), 0, &clock);
+        for _ in 0..10 {
+            let mut share = Share::new(Budget::time(LIMIT), Some([clock.now(), LIMIT]), 0, &clock);
             share.list(&mut closing, |deadline| {
                 while deadline.has_room(100) {
                     clock.advance(Duration::from_nanos(300));
                     deadline.spend(100);
                 }
-                clock.advance(Duration::from_micros(8));
+                clock.advance(late);
             });
-            clock.now() - began
-        };
-        let half = LIMIT / 2;
-        assert!(over() > half + Duration::from_micros(7));
-        for _ in 0..10 {
-            let over = over();
-            assert!(
-                over <= half && over > half - Duration::from_micros(2),
-                "{over:?}"
-            );
+            let error = closing.time().abs_diff(late);
+            assert!(error < Duration::from_micros(2), "{:?}", closing.time());
         }
     }
 }

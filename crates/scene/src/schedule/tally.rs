@@ -91,7 +91,7 @@ impl Tallies {
         for (tally, group) in self.0.iter().zip(&bodies.distance_requests.groups) {
             let Some(id) = group.id else { continue };
             let ceiling = group.ceiling;
-            let low = match tally.counted == group.pairs {
+            let low = match tally.counted == group.keys.len() {
                 true => tally.low,
                 false => 0.0,
             };
@@ -115,7 +115,7 @@ impl Tallies {
                 high,
                 bodies,
                 triangles,
-                open: tally.open + group.pairs - tally.counted,
+                open: tally.open + group.keys.len() - tally.counted,
             });
         }
     }

@@ -250,6 +250,33 @@ fn far_pairs_need_no_query() {
 }
 
 #[test]
+fn short_frames_look_at_the_boxes_of_large_groups_one_after_another() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let mut scene = Scene::new();
+    let mut insert = |place: DVec3| {
+        let pose = Pose::new(DMat3::IDENTITY, place).unwrap();
+        scene.insert(Body::moving(Arc::clone(&ball), pose)).unwrap()
+    };
+    // The last bodies of both groups are the nearest ones.
+    let side =
+        |sign: f64| move |i: usize| DVec3::new(sign * (203.0 - i as f64), 3.0 * i as f64, 0.0);
+    let groups = [-1.0, 1.0].map(|sign| {
+        let places = (0..200).map(side(sign));
+        places.map(&mut insert).collect::<Vec<_>>()
+    });
+    scene.measure_groups(&groups[0], &groups[1], 1e-3).unwrap();
+    let mut high = f64::INFINITY;
+    for frame in 0..40 {
+        let there = side(-1.0)(0) + DVec3::Z * f64::from(frame) * 1e-3;
+        let pose = Pose::new(DMat3::IDENTITY, there).unwrap();
+        scene.set_pose(groups[0][0], pose).unwrap();
+        high = detect(&mut scene, Budget::work(500)).group_distances[0].high;
+    }
+    // Boxes of bodies 8 apart, from corner to corner.
+    assert!(high < 11.0, "{high}");
+}
+
+#[test]
 fn groups_come_and_go_with_their_bodies() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();

@@ -146,7 +146,7 @@ fn play(margin: f64, microseconds: u64) -> (Waits, [BodyId; 2]) {
 
 #[test]
 fn every_pair_has_its_turn_in_frames_that_decide_half_of_the_pairs() {
-    for (margin, microseconds) in [(0.0, 40), (0.1, 70)] {
+    for (margin, microseconds) in [(0.0, 45), (0.1, 75)] {
         let (waits, _) = play(margin, microseconds);
         assert!((0.4..0.8).contains(&waits.decided), "{}", waits.decided);
         // They find what meets first.
