@@ -128,19 +128,19 @@ impl DeltaTable {
     /// `None` counts with its mean over all `x` at which the roots meet, `alpha_k^l`.
     ///
     /// Levels beyond the depth of the table are not known: `depth` is cut to it.
-    pub fn overlapping_pairs<const D: usize>(
+    pub fn overlapping_pairs(
         &self,
-        alpha: [f64; D],
-        x: [Option<f64>; D],
+        alpha: [f64; 3],
+        x: [Option<f64>; 3],
         depth: u32,
-    ) -> impl Iterator<Item = f64> + use<'_, D> {
+    ) -> impl Iterator<Item = f64> + use<'_> {
         let alpha = alpha.map(|alpha| alpha.clamp(Self::LEAST_ALPHA, 1.0));
         (0..=depth.min(self.depth) as usize).map(move |level| {
             let axis = |k: usize| match x[k] {
                 Some(x) => self.overlap_probability(alpha[k], level, x),
                 None => libm::pow(alpha[k], level as f64),
             };
-            (0..D).map(axis).product::<f64>() * libm::exp2(2.0 * level as f64)
+            (0..3).map(axis).product::<f64>() * libm::exp2(2.0 * level as f64)
         })
     }
 
@@ -321,7 +321,7 @@ mod tests {
         for alpha in [0.0, 0.1, 1.0, 2.0] {
             for x in [-2.0, -1.0, 0.0, 1.0, 2.0] {
                 let pairs: f64 = table
-                    .overlapping_pairs([alpha; 2], [Some(x), None], 9)
+                    .overlapping_pairs([alpha; 3], [Some(x), None, None], 9)
                     .sum();
                 assert!(
                     pairs.is_finite() && pairs >= 0.0 && (pairs > 0.0) == (x.abs() <= 1.0),

@@ -17,7 +17,7 @@ use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::report::{self, Block, Draw, Failure, Lead, Page, Picture, Section};
+use crate::report::{self, Block, Draw, Failure, Lead, Page, Section};
 use ladder::Ladder;
 use sample::Effort;
 
@@ -63,9 +63,7 @@ impl Lab<'_> {
 
     /// Writes a plot and returns it for the page.
     fn plot(&self, name: &str, drawing: &impl Draw) -> Result<Block, Failure> {
-        let picture = Picture::render(drawing)?;
-        picture.write(self.folder, name)?;
-        Ok(Block::from(&picture))
+        report::plot(self.folder, name, drawing)
     }
 
     fn csv(&self, name: &str, header: &str, rows: &[Vec<String>]) -> Result<(), Failure> {

@@ -8,7 +8,6 @@
 //! | what is known of the query | expected BV tests |
 //! |---|---|
 //! | alpha | [`paper::eq11`] |
-//! | all boxes, no placement | [`moments`], exact |
 //! | alpha and the offset of the roots | [`delta`], exact for artificial trees |
 //! | a profile of each level and the offset | [`offset`] |
 //!
@@ -29,7 +28,6 @@ pub mod experiments;
 pub mod files;
 pub mod fit;
 pub mod machine;
-pub mod moments;
 pub mod offset;
 pub mod paper;
 pub mod regression;

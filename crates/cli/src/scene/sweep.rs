@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use punctual::Budget;
-use punctual_lab::report::{self, Axis, Chart, Failure, Picture, Series, Shape};
+use punctual_lab::report::{self, Axis, Chart, Failure, Series, Shape};
 
 use super::files::Recording;
 use super::play::{Settings, play};
@@ -77,7 +77,7 @@ pub fn run(
             y: Axis::linear("share").range(0.0..1.0),
             series,
         };
-        Picture::render(&chart)?.write(folder, "scene")?;
+        report::plot(folder, "scene", &chart)?;
     }
     Ok(())
 }

@@ -7,7 +7,6 @@ use punctual::internals::Random;
 use punctual::{Budget, Mesh, Motion, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_io::load;
 
-use super::motions;
 use crate::files;
 use crate::report::Failure;
 
@@ -54,7 +53,7 @@ impl Case {
                 .into_iter()
                 .filter_map(|listed| listed.entry.ok())
                 .collect();
-            let motions = motions::between(&poses, is_motion);
+            let motions = between(&poses, is_motion);
             (poses, motions)
         };
         let [a, b] = [files::mesh(folder, "a")?, files::mesh(folder, "b")?].map(Tree::new);
@@ -124,7 +123,7 @@ impl Case {
     fn generated(name: &str, a: Mesh, b: Mesh) -> Self {
         let (a, b) = (Tree::new(a), Tree::new(b));
         let poses = Approaches::new(&a, &b).poses();
-        let motions = motions::between(&poses, false);
+        let motions = between(&poses, false);
         Self {
             name: format!("approach_{name}"),
             a,
@@ -134,6 +133,20 @@ impl Case {
             is_motion: false,
         }
     }
+}
+
+/// The motions from pose to pose: screws from frame to frame, otherwise every second one without turn.
+fn between(poses: &[Pose], are_frames: bool) -> Vec<Motion> {
+    let motion = |(i, ends): (usize, &[Pose])| {
+        if are_frames || i % 2 == 0 {
+            Motion::screw(ends[0], ends[1])
+        } else {
+            let way = ends[1].translation() - ends[0].translation();
+            Motion::straight(ends[0], way)
+        }
+    };
+    let motions = poses.windows(2).enumerate().map(motion);
+    motions.filter_map(Result::ok).collect()
 }
 
 /// Directions from which B comes.

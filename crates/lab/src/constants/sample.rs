@@ -7,12 +7,7 @@ use punctual::prediction::{Counts, History};
 use punctual::{Answer, Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 
 use super::cases::Case;
-
-/// Shares of the work of a complete query at which it is stopped.
-pub const STOPS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.5];
-
-/// Of the frames of a motion, one in so many is also asked about without a memory.
-pub const THINNED: usize = 10;
+use super::moments::{STOPS, THINNED};
 
 /// A query at one moment, and its end.
 pub struct Sample {

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use punctual::Mode;
-use punctual::internals::{FrontierSummary, Lead};
+use punctual::internals::{Batch, FrontierSummary, Lead};
 use punctual::internals::{batch_features, listing_features, mean_left, single_features};
 use punctual::internals::{between_features, closing_features, features_of_all, features_of_any};
 use punctual::internals::{
@@ -11,9 +11,8 @@ use punctual::internals::{
 };
 
 use super::Data;
-use super::distances::Moment;
+use super::moments::{Approaching, Moment, Moments};
 use super::sample::Sample;
-use super::{batches, listings, motions};
 use crate::machine;
 use crate::regression::{least_squares, logistic, quantile};
 
@@ -51,10 +50,7 @@ pub fn fit(data: &Data) -> String {
         other_counts(data),
         chances(&alone, &remembering, &hit),
         recall(&alone, &tracing),
-        distances(&data.moments),
-        motions(&data.motions),
-        listings(&data.listings),
-        batches(&data.batches),
+        other_questions(&data.moments),
     ]
     .concat()
 }
@@ -201,111 +197,78 @@ fn recall(alone: &[&Sample], tracing: &[&Sample]) -> String {
     .concat()
 }
 
-fn distances(moments: &[Moment]) -> String {
+fn other_questions(moments: &Moments) -> String {
+    let Moments {
+        distances,
+        motions,
+        contacts,
+        manifolds,
+        rays,
+        points,
+    } = moments;
     let alone = |is_limited| {
-        moments.iter().filter(move |moment| {
-            moment.last.is_none() && moment.closing.limit.is_some() == is_limited
+        distances.iter().filter(move |moment| {
+            moment.last.is_none() && moment.seen.closing.limit.is_some() == is_limited
         })
     };
-    let left = |moment: &Moment| (moment.total - moment.closing.work).max(1.0).log2();
-    let row = |moment: &Moment| (moment.case, closing_features(&moment.closing), left(moment));
-    let [distance, limited] =
-        [false, true].map(|is_limited| quantiles_of(Rows::new(alone(is_limited).map(row))));
-    let frames = moments.iter().filter(|moment| moment.stop.is_none());
-    let change = |moment: &Moment| {
-        moment.last.map(|last| {
-            (
-                moment.case,
-                [1.0],
-                (moment.total.max(1.0) / last.max(1.0)).log2(),
-            )
-        })
-    };
-    let after = quantiles_of(Rows::new(frames.filter_map(change))).map(|[w]| w);
-    let place = |moment: &Moment| {
-        Some((
-            moment.case,
-            between_features(&moment.closing),
-            moment.place()?,
-        ))
+    let [distance, limited] = [false, true]
+        .map(|is_limited| work_left(alone(is_limited), |seen| closing_features(&seen.closing)));
+    let place = |moment: &Moment<Approaching>| {
+        let place = moment.seen.place()?;
+        Some((moment.case, between_features(&moment.seen.closing), place))
     };
     let between = quantiles_of(Rows::new(alone(false).filter_map(place)));
-    [
-        table("DISTANCE_LEFT", &distance, "Quantiles of log2 of the work left in a distance query without a limit: for each, the weights of\n/// `closing_features`."),
-        table("LIMIT_LEFT", &limited, "Quantiles of log2 of the work left in a distance query with a limit: for each, the weights of\n/// `closing_features`."),
-        list("DISTANCE_AFTER", &after, "Quantiles of log2 (work of a distance query / work of the query in the frame before)."),
-        table("DISTANCE_BETWEEN", &between, "Quantiles of the distance, scaled to 0 at its lower bound and 1 at its upper bound: for each,\n/// the weights of `between_features`."),
-    ]
-    .concat()
-}
-
-fn motions(moments: &[motions::Moment]) -> String {
-    let alone = moments.iter().filter(|moment| moment.last.is_none());
-    let left = |moment: &motions::Moment| (moment.total - moment.passing.work).max(1.0).log2();
-    let row =
-        |moment: &motions::Moment| (moment.case, passing_features(&moment.passing), left(moment));
-    let frames = moments.iter().filter(|moment| moment.stop.is_none());
-    let change = |moment: &motions::Moment| {
-        moment.last.map(|last| {
-            (
-                moment.case,
-                [1.0],
-                (moment.total.max(1.0) / last.max(1.0)).log2(),
-            )
-        })
+    let motion = motions.iter().filter(|moment| moment.last.is_none());
+    let single = |moments: &[Moment<Batch>]| {
+        let waiting = moments.iter().filter(|moment| moment.seen.done == 0.0);
+        quantiles_of(Rows::new(waiting.map(|moment| {
+            let each = moment.left() / moment.seen.left;
+            (moment.case, single_features(&moment.seen), each.log2())
+        })))
     };
-    let after = quantiles_of(Rows::new(frames.filter_map(change))).map(|[w]| w);
-    [
-        table(
-            "MOTION_LEFT",
-            &quantiles_of(Rows::new(alone.map(row))),
-            "Quantiles of log2 of the work left in a motion query: for each, the weights of\n/// `passing_features`.",
-        ),
-        list("MOTION_AFTER", &after, "Quantiles of log2 (work of a motion query / work of the query for the motion before)."),
-    ]
-    .concat()
-}
-
-fn listings(moments: &[listings::Moment]) -> String {
-    let [contacts, manifolds] = [false, true].map(|is_manifold| {
-        let asked = moments
-            .iter()
-            .filter(|moment| moment.is_manifold == is_manifold);
-        quantiles_of(Rows::new(asked.map(|moment| {
-            let left = (moment.total - moment.listing.work).max(1.0).log2();
-            (moment.case, listing_features(&moment.listing), left)
-        })))
-    });
-    [
-        table("CONTACTS_LEFT", &contacts, "Quantiles of log2 of the work left in a contact query: for each, the weights of\n/// `listing_features`."),
-        table("MANIFOLDS_LEFT", &manifolds, "`CONTACTS_LEFT` of a manifold query."),
-    ]
-    .concat()
-}
-
-fn batches(moments: &[batches::Moment]) -> String {
-    let left = |moment: &batches::Moment| (moment.total - moment.batch.work).max(1.0);
-    let (begun, before): (Vec<&batches::Moment>, Vec<&batches::Moment>) =
-        moments.iter().partition(|moment| moment.batch.done > 0.0);
-    let [rays, points] = [false, true].map(|is_of_points| {
-        let asked = before
-            .iter()
-            .filter(|moment| moment.is_of_points == is_of_points);
-        quantiles_of(Rows::new(asked.map(|moment| {
-            let each = left(moment) / moment.batch.left;
-            (moment.case, single_features(&moment.batch), each.log2())
-        })))
-    });
-    let later = quantiles_of(Rows::new(begun.iter().map(|moment| {
-        let ratio = left(moment) / mean_left(&moment.batch);
-        (moment.case, batch_features(&moment.batch), ratio.log2())
+    let begun = rays
+        .iter()
+        .chain(points)
+        .filter(|moment| moment.seen.done > 0.0);
+    let later = quantiles_of(Rows::new(begun.map(|moment| {
+        let ratio = moment.left() / mean_left(&moment.seen);
+        (moment.case, batch_features(&moment.seen), ratio.log2())
     })));
+    let left = "Quantiles of log2 of the work left";
+    let weights = "for each, the weights of\n///";
     [
-        table("RAY_WORK", &rays, "Quantiles of log2 of the work left for each ray of a batch, before one is done: for each, the\n/// weights of `single_features`."),
-        table("POINT_WORK", &points, "`RAY_WORK` of points."),
-        table("BATCH_LEFT", &later, "Quantiles of log2 of the work left in a batch over the mean of those done times those left: for\n/// each, the weights of `batch_features`."),
+        table("DISTANCE_LEFT", &distance, &format!("{left} in a distance query without a limit: {weights} `closing_features`.")),
+        table("LIMIT_LEFT", &limited, &format!("{left} in a distance query with a limit: {weights} `closing_features`.")),
+        list("DISTANCE_AFTER", &after(distances), "Quantiles of log2 (work of a distance query / work of the query in the frame before)."),
+        table("DISTANCE_BETWEEN", &between, "Quantiles of the distance, scaled to 0 at its lower bound and 1 at its upper bound: for each,\n/// the weights of `between_features`."),
+        table("MOTION_LEFT", &work_left(motion, passing_features), &format!("{left} in a motion query: {weights} `passing_features`.")),
+        list("MOTION_AFTER", &after(motions), "Quantiles of log2 (work of a motion query / work of the query for the motion before)."),
+        table("CONTACTS_LEFT", &work_left(contacts, listing_features), &format!("{left} in a contact query: {weights} `listing_features`.")),
+        table("MANIFOLDS_LEFT", &work_left(manifolds, listing_features), "`CONTACTS_LEFT` of a manifold query."),
+        table("RAY_WORK", &single(rays), &format!("{left} for each ray of a batch, before one is done: for each, the\n/// weights of `single_features`.")),
+        table("POINT_WORK", &single(points), "`RAY_WORK` of points."),
+        table("BATCH_LEFT", &later, &format!("{left} in a batch over the mean of those done times those left: for\n/// each, the weights of `batch_features`.")),
     ]
     .concat()
+}
+
+/// Weights of quantiles of log2 of the work left.
+fn work_left<'m, S: 'm, const N: usize>(
+    moments: impl IntoIterator<Item = &'m Moment<S>>,
+    features: impl Fn(&S) -> [f64; N],
+) -> [[f64; N]; 3] {
+    let row = |moment: &Moment<S>| (moment.case, features(&moment.seen), moment.left().log2());
+    quantiles_of(Rows::new(moments.into_iter().map(row)))
+}
+
+/// Quantiles of log2 of the work of a query over that of the one before.
+fn after<S>(moments: &[Moment<S>]) -> [f64; 3] {
+    let whole = moments.iter().filter(|moment| moment.stop.is_none());
+    let change = |moment: &Moment<S>| {
+        let change = moment.total.max(1.0) / moment.last?.max(1.0);
+        Some((moment.case, [1.0], change.log2()))
+    };
+    quantiles_of(Rows::new(whole.filter_map(change))).map(|[w]| w)
 }
 
 /// Parts of the data that are fitted without the others, to see how well that serves cases that were not fitted.

@@ -1,6 +1,5 @@
 //! One HTML page with its pictures inside: no script, no other file, readable on a telephone and on paper.
 
-use super::Picture;
 use punctual_view::{document, escape};
 use std::fmt::Write;
 
@@ -87,12 +86,6 @@ impl Verdict {
             Self::HoldsInPart => "part",
             Self::DoesNotHold => "no",
         }
-    }
-}
-
-impl From<&Picture> for Block {
-    fn from(picture: &Picture) -> Self {
-        Self::Picture(picture.svg.clone())
     }
 }
 

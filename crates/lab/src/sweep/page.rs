@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
-use crate::report::{self, Axis, Block, Chart, Failure, Page, Picture, Series, Shape};
+use crate::report::{self, Axis, Block, Chart, Failure, Page, Series, Shape};
 use punctual::Mode;
 
 use super::confidence;
@@ -66,9 +66,7 @@ struct Report<'r> {
 
 impl Report<'_> {
     fn plot(&self, name: &str, chart: &Chart) -> Result<Block, Failure> {
-        let picture = Picture::render(chart)?;
-        picture.write(self.folder, name)?;
-        Ok(Block::from(&picture))
+        report::plot(self.folder, name, chart)
     }
 
     /// What users get from a deadline, in one picture, also to be shown elsewhere.
