@@ -7,7 +7,6 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use clap::ArgGroup;
 use cpu_time::ProcessTime;
 use punctual::glam::DVec3;
 use punctual::{Budget, Pose};
@@ -17,8 +16,8 @@ use punctual_scene::{Body, BodyId};
 use punctual_view::{Known, Shown};
 
 use crate::Completion;
-use crate::input::{MeshArgs, parse_microseconds, print_source};
-use crate::scene::play::{ClockName, CpuClock};
+use crate::input::{MeshArgs, print_source};
+use crate::scene::play::{CpuClock, FrameArgs};
 use world::{Frame, Pile, SIZE, SKIN, Shape};
 
 /// Let bodies fall into a bin: a small solver of rigid bodies, whose contacts a scene finds within the budget of a frame.
@@ -31,7 +30,6 @@ use world::{Frame, Pile, SIZE, SKIN, Shape};
 /// their number, old ones included; fresh the share of the touching pairs whose manifolds are of this frame; cpu_ns the CPU
 /// time of the detection, and overrun_ns what of it is beyond a budget of time. Lines that begin with # sum up.
 #[derive(clap::Args)]
-#[command(group = ArgGroup::new("budget"))]
 pub struct Args {
     /// Mesh files whose solids fall, in turn; by default a ring, a gear and a knot.
     meshes: Vec<PathBuf>,
@@ -43,18 +41,8 @@ pub struct Args {
     /// Number of frames.
     #[arg(long, value_name = "F", default_value_t = 600)]
     frames: usize,
-    /// Time budget of a frame in microseconds; none without it.
-    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds, allow_negative_numbers = true)]
-    budget_us: Option<Duration>,
-    /// Work budget of a frame in work units; the same lines, but for times, on every run and any number of threads.
-    #[arg(long, value_name = "N", group = "budget", alias = "work")]
-    budget_work: Option<u64>,
-    /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
-    #[arg(long, value_enum, default_value = "wall")]
-    clock: ClockName,
-    /// Threads that share the work, the calling one included.
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
-    threads: u16,
+    #[command(flatten)]
+    frame: FrameArgs,
     /// Write a page that shows the pile in a browser, frame by frame: of a long run every second, third or later frame, 120
     /// at most. It needs no other file and no network.
     #[arg(long, value_name = "FILE")]
@@ -65,14 +53,12 @@ pub struct Args {
 const DEPTHS_EVERY: usize = 60;
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    if args.clock == ClockName::Cpu && args.threads > 1 {
-        return Err("--clock cpu needs --threads 1".into());
-    }
+    args.frame.check()?;
     let start = Instant::now();
     let shapes = args.shapes()?;
     let mut pile = Pile::new(&shapes, args.bodies.into(), SKIN)?;
     print_source(out, start.elapsed())?;
-    pile.scene.use_threads(args.threads.into())?;
+    pile.scene.use_threads(args.frame.threads.into())?;
     let mut play = Play::new(args);
     writeln!(
         out,
@@ -98,14 +84,6 @@ impl Args {
             Ok(shape.map_err(|error| format!("{}: {error}", file.display()))?)
         };
         self.meshes.iter().map(shape).collect()
-    }
-
-    fn budget(&self) -> Budget {
-        match (self.budget_us, self.budget_work) {
-            (Some(limit), _) => Budget::time(limit),
-            (None, Some(limit)) => Budget::work(limit),
-            (None, None) => Budget::unlimited(),
-        }
     }
 }
 
@@ -151,12 +129,9 @@ impl<'a> Play<'a> {
         out: &mut impl Write,
     ) -> Result<(), Failure> {
         pile.place()?;
-        let (budget, taken) = (self.args.budget(), self.clock.taken());
-        let start = ProcessTime::now();
-        match self.args.clock {
-            ClockName::Wall => pile.scene.detect(budget),
-            ClockName::Cpu => pile.scene.detect(budget.clock(&self.clock)),
-        };
+        let budget = self.args.frame.budget().unwrap_or(Budget::unlimited());
+        let (start, taken) = (ProcessTime::now(), self.clock.taken());
+        self.args.frame.detect(&mut pile.scene, budget, &self.clock);
         let cpu = start.elapsed().saturating_sub(self.clock.taken() - taken);
         if self.args.view.is_some()
             && number.is_multiple_of(punctual_view::stride(self.args.frames))
@@ -176,8 +151,8 @@ impl<'a> Play<'a> {
             ..
         } = frame;
         let fresh = fresh as f64 / touching.max(1) as f64;
-        let overrun = self
-            .args
+        let limits = &self.args.frame.limits;
+        let overrun = limits
             .budget_us
             .map_or(Duration::ZERO, |limit| cpu.saturating_sub(limit));
         write!(out, "{number},{},", pile.lost())?;

@@ -9,7 +9,6 @@
 //! |---|---|
 //! | alpha | [`paper::eq11`] |
 //! | alpha and the offset of the roots | [`delta`], exact for artificial trees |
-//! | a profile of each level and the offset | [`offset`] |
 //!
 //! What the engine of [`punctual`] predicts with comes from here too: [`constants`] fits the constants of its model, by
 //! [`regression`], and writes them as Rust source. [`experiments`] measures the claims of the paper; [`fit`] tells how
@@ -28,7 +27,6 @@ pub mod experiments;
 pub mod files;
 pub mod fit;
 pub mod machine;
-pub mod offset;
 pub mod paper;
 pub mod regression;
 pub mod report;

@@ -39,6 +39,17 @@ pub enum Shape {
     Columns(Vec<[f64; 3]>),
 }
 
+impl Shape {
+    /// A line through points, dashed or not.
+    pub fn line(points: Vec<[f64; 2]>, is_dashed: bool) -> Self {
+        if is_dashed {
+            Self::Dashed(points)
+        } else {
+            Self::Line(points)
+        }
+    }
+}
+
 impl Series {
     /// Series with the same `color` number look alike; there are eight.
     pub fn new(name: impl Into<String>, color: usize, shape: Shape) -> Self {

@@ -28,6 +28,40 @@ pub struct Section {
     pub blocks: Vec<Block>,
 }
 
+impl Section {
+    /// A section that shows something, without a claim.
+    pub fn shows(
+        id: &str,
+        title: &str,
+        what: impl Into<String>,
+        measured: impl Into<String>,
+        blocks: Vec<Block>,
+    ) -> Self {
+        Self {
+            id: id.to_owned(),
+            title: title.to_owned(),
+            lead: Lead::Shows(what.into()),
+            measured: measured.into(),
+            blocks,
+        }
+    }
+
+    /// A section about a claim.
+    pub fn claims(
+        id: &str,
+        title: &str,
+        (claim, verdict): (impl Into<String>, Verdict),
+        measured: impl Into<String>,
+        blocks: Vec<Block>,
+    ) -> Self {
+        let lead = Lead::Claim(claim.into(), verdict);
+        Self {
+            lead,
+            ..Self::shows(id, title, "", measured, blocks)
+        }
+    }
+}
+
 /// What a section begins with.
 #[derive(Clone)]
 pub enum Lead {
@@ -68,6 +102,16 @@ pub enum Verdict {
     HoldsInPart,
     /// It does not.
     DoesNotHold,
+}
+
+impl From<bool> for Verdict {
+    fn from(holds: bool) -> Self {
+        if holds {
+            Self::Holds
+        } else {
+            Self::DoesNotHold
+        }
+    }
 }
 
 impl Verdict {

@@ -92,7 +92,7 @@ impl Case {
         let mut case = Self::new(&name, a?, b?, Vec::new());
         let [near, anywhere] = if quick { [28, 4] } else { [84, 16] };
         let mut approach = Approach::new(&case.a, &case.b, 1);
-        let mut poses = approach::contact(&mut approach, near, false)?;
+        let mut poses = approach::contact(&mut approach, near, false, &approach::OFFSETS)?;
         poses.extend(approach::random(&mut approach, anywhere)?);
         let mut list = Vec::new();
         for pose in &poses {
