@@ -12,6 +12,7 @@ use punctual::glam::DVec3;
 use punctual::{Budget, Pose};
 use punctual_depenetrate::PenetrationWorkspace;
 use punctual_lab::report::{self, Failure};
+use punctual_lab::statistics::{quantile, sorted};
 use punctual_scene::{Body, BodyId};
 use punctual_view::{Known, Shown};
 
@@ -169,44 +170,31 @@ impl<'a> Play<'a> {
         Ok(())
     }
 
-    fn sum_up(&mut self, pile: &Pile, out: &mut impl Write) -> io::Result<()> {
-        self.times.sort_unstable();
-        let (speeds, depths, all) = (
-            pile.speeds(),
-            &self.depths,
-            (self.args.frames * usize::from(self.args.bodies)).max(1) as f64,
-        );
-        let percent = |part: usize| 100.0 * part as f64 / all;
+    fn sum_up(&self, pile: &Pile, out: &mut impl Write) -> io::Result<()> {
+        let all = (self.args.frames * usize::from(self.args.bodies)).max(1) as f64;
+        let [held, slowed] = [self.held, self.slowed].map(|part| 100.0 * part as f64 / all);
         writeln!(
             out,
-            "# bodies held, percent: {:.2}; slowed down: {:.2}",
-            percent(self.held),
-            percent(self.slowed)
+            "# bodies held, percent: {held:.2}; slowed down: {slowed:.2}"
         )?;
-        let us = |share| {
-            1e6 * quantile(&self.times, share)
-                .unwrap_or_default()
-                .as_secs_f64()
-        };
+        let times = sorted(self.times.iter().map(|time| 1e6 * time.as_secs_f64()));
+        // Nothing is 0.
+        let at = |sorted: &[f64], share| quantile(sorted, share).max(0.0);
+        let [median, p99, max] = [0.5, 0.99, 1.0].map(|share| at(&times, share));
         writeln!(
             out,
-            "# detection, us: median {:.1}, p99 {:.1}, max {:.1}",
-            us(0.5),
-            us(0.99),
-            us(1.0)
+            "# detection, us: median {median:.1}, p99 {p99:.1}, max {max:.1}"
         )?;
-        let deep = |limit: f64| depths.iter().filter(|depth| **depth > limit).count();
-        let share = |share| quantile(depths, share).unwrap_or(0.0);
+        let (speeds, depths) = (pile.speeds(), &self.depths);
+        let [speed, fastest] = [0.5, 1.0].map(|share| at(&speeds, share));
+        let [deep, deepest] = [0.99, 1.0].map(|share| at(depths, share));
+        let [over_1, over_5] =
+            [0.01, 0.05].map(|limit| depths.iter().filter(|depth| **depth > limit).count());
         writeln!(
             out,
-            "# at the end: speed median {:.4}, max {:.4}; depth max {:.4}, p99 {:.4}, of {} pairs; {} over 1 %, {} over 5 %",
-            quantile(&speeds, 0.5).unwrap_or(0.0),
-            quantile(&speeds, 1.0).unwrap_or(0.0),
-            share(1.0),
-            share(0.99),
+            "# at the end: speed median {speed:.4}, max {fastest:.4}; depth max {deepest:.4}, p99 {deep:.4}, of {} pairs; \
+             {over_1} over 1 %, {over_5} over 5 %",
             depths.len(),
-            deep(0.01),
-            deep(0.05),
         )
     }
 
@@ -276,9 +264,4 @@ impl Shot {
             facts: facts.to_vec(),
         }
     }
-}
-
-fn quantile<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
-    let at = (sorted.len().checked_sub(1)? as f64 * share).round();
-    sorted.get(at as usize).copied()
 }

@@ -117,11 +117,12 @@ pub fn turn([share, first, second]: [f64; 3]) -> DMat3 {
 }
 
 fn middle(mesh: &Mesh) -> DVec3 {
-    (mesh.aabb().min + mesh.aabb().max) * 0.5
+    mesh.aabb().center()
 }
 
-fn diagonal(mesh: &Mesh) -> f64 {
-    (mesh.aabb().max - mesh.aabb().min).length()
+/// The diagonal of a mesh's box; 0 without vertices.
+pub fn diagonal(mesh: &Mesh) -> f64 {
+    mesh.aabb().extents().length()
 }
 
 /// Offsets for [`contact`] with which `punctual poses` and `punctual sweep` make poses.

@@ -25,7 +25,7 @@ use crate::machine;
 use crate::report::{self, Failure};
 use indicatif::{ProgressBar, ProgressStyle};
 use punctual_io::Format;
-use serde_json::{Value, json};
+use serde_json::{Map, json};
 
 use case::Case;
 use contender::{DEFAULT, DEPTH_FIRST, ORACLE};
@@ -241,26 +241,18 @@ fn write_report(
     let table: Vec<_> = cases.iter().flat_map(summary::distance_table).collect();
     report::write_csv(args.folder, "distance", summary::DISTANCE_HEADER, &table)?;
 
-    let number = |value: f64| {
-        if value.is_finite() {
-            json!(value)
-        } else {
-            Value::Null
-        }
-    };
+    // What is not a number is null.
     let work = summary::work_figures(cases);
     let time = summary::time_figures(cases).into_iter();
-    let time = time.map(|(name, f)| {
-        (
-            name,
-            json!({ "value": number(f.value), "noise": number(f.noise) }),
-        )
-    });
+    let time = time.map(|(name, f)| (name, json!({ "value": f.value, "noise": f.noise })));
+    let names = cases
+        .iter()
+        .map(|case| format!("{}, {}", case.name, counted(case.strata.len(), "pose")));
     let summary = json!({
         "machine": machine,
-        "cases": cases.iter().map(|case| format!("{}, {}", case.name, counted(case.strata.len(), "pose"))).collect::<Vec<_>>(),
-        "work": work.iter().map(|(name, value)| (name.clone(), number(*value))).collect::<serde_json::Map<_, _>>(),
-        "time": time.collect::<serde_json::Map<_, _>>(),
+        "cases": names.collect::<Vec<_>>(),
+        "work": work,
+        "time": time.collect::<Map<_, _>>(),
     });
     report::write(
         &args.folder.join("summary.json"),

@@ -3,6 +3,9 @@
 //! `traverse(A, B)`: no overlap, return; both leaves, test the primitives; else all pairs of children. This counts for the
 //! model's sake, on any binary tree of boxes; queries have a loop of their own ([`punctual::Query`]).
 
+use punctual::intersection::Intersection;
+use punctual::{Answer, Budget, Query, StopReason, Verdict, Workspace};
+
 /// A node of a binary tree of boxes, placed in space.
 pub trait BinaryNode: Copy {
     /// Whether the boxes share a point.
@@ -61,6 +64,23 @@ impl Visits {
             }
         }
     }
+}
+
+/// A whole query of the library, however often the pair buffer fills; `report` is told its pairs.
+pub fn complete(
+    query: &Query<Intersection>,
+    workspace: &mut Workspace,
+    mut report: impl FnMut([u32; 2]),
+) -> Answer<Verdict> {
+    let mut outcome = query.run(workspace, Budget::unlimited());
+    workspace.drain_pairs().for_each(&mut report);
+    while outcome.stop == StopReason::PairsFull
+        && let Ok(next) = query.resume(workspace, Budget::unlimited())
+    {
+        outcome = next;
+        workspace.drain_pairs().for_each(&mut report);
+    }
+    outcome
 }
 
 #[cfg(test)]

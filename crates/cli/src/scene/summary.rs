@@ -24,14 +24,13 @@ fn quantiles(times: impl Iterator<Item = Duration>) -> [Duration; 3] {
 
 pub fn print(out: &mut impl Write, rows: &[FrameRow], truth: bool) -> io::Result<()> {
     let sum = |count: fn(&FrameRow) -> usize| rows.iter().map(count).sum::<usize>();
-    let times: [(&str, fn(&FrameRow) -> Duration); 3] = [
-        ("wall", |row| row.wall),
-        ("cpu", |row| row.cpu),
-        ("overrun", FrameRow::overrun),
-    ];
-    for (name, time) in times {
+    for (name, times) in [
+        ("wall", quantiles(rows.iter().map(|row| row.wall))),
+        ("cpu", quantiles(rows.iter().map(|row| row.cpu))),
+        ("overrun", quantiles(rows.iter().map(FrameRow::overrun))),
+    ] {
         let ms = |time: Duration| format!("{:.4}", time.as_secs_f64() * 1e3);
-        let [median, p99, max] = quantiles(rows.iter().map(time)).map(ms);
+        let [median, p99, max] = times.map(ms);
         writeln!(out, "# {name} median_ms={median} p99_ms={p99} max_ms={max}")?;
     }
     let (frames, decided) = (rows.len(), sum(|row| row.decided) as f64);

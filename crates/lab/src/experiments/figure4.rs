@@ -5,9 +5,9 @@ use crate::artificial::Random;
 use crate::fit::{Line, PowerLaw};
 use crate::paper::Growth;
 use crate::statistics::range;
-use crate::traversal::Visits;
+use crate::traversal::{Visits, complete};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Mesh, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{Mesh, Pose, Query, Tree, Workspace};
 
 use super::Lab;
 use super::ladder::Ladder;
@@ -72,15 +72,7 @@ fn engine_bv_tests(tree: &Tree, rotation: &DMat3, shift: DVec3, workspace: &mut 
         return 0;
     };
     let query = Query::all_pairs(tree, tree, b_in_a);
-    let mut outcome = query.run(workspace, Budget::unlimited());
-    while outcome.stop == StopReason::PairsFull {
-        drop(workspace.drain_pairs());
-        match query.resume(workspace, Budget::unlimited()) {
-            Ok(resumed) => outcome = resumed,
-            Err(_) => break,
-        }
-    }
-    outcome.stats.bv_tests
+    complete(&query, workspace, drop).stats.bv_tests
 }
 
 /// How the counts of a ladder grow.

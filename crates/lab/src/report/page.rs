@@ -1,7 +1,6 @@
 //! One HTML page with its pictures inside: no script, no other file, readable on a telephone and on paper.
 
 use punctual_view::{document, escape};
-use std::fmt::Write;
 
 /// A page of sections.
 pub struct Page {
@@ -137,9 +136,11 @@ impl Page {
     /// The whole page.
     pub fn html(&self) -> String {
         let mut html = format!("<h1>{}</h1>\n", escape(&self.title));
-        for paragraph in &self.intro {
-            push(&mut html, format_args!("<p>{}</p>\n", escape(paragraph)));
-        }
+        html.extend(
+            self.intro
+                .iter()
+                .map(|text| format!("<p>{}</p>\n", escape(text))),
+        );
         html += &self.contents();
         for section in &self.sections {
             html += &section.html();
@@ -150,19 +151,15 @@ impl Page {
     /// The sections, with the verdicts on what is claimed.
     fn contents(&self) -> String {
         let mut html = String::from("<table class=\"contents\">\n");
-        for Section {
-            id, title, lead, ..
-        } in &self.sections
-        {
-            let (class, text) = match lead {
+        for section in &self.sections {
+            let (class, text) = match section.lead {
                 Lead::Claim(_, verdict) => (verdict.class(), verdict.text()),
                 Lead::Shows(_) => ("", ""),
             };
-            let title = escape(title);
-            let row = format_args!(
+            let (id, title) = (&section.id, escape(&section.title));
+            html += &format!(
                 "<tr><td><a href=\"#{id}\">{title}</a></td><td class=\"verdict {class}\">{text}</td></tr>\n"
             );
-            push(&mut html, row);
         }
         html + "</table>\n"
     }
@@ -251,9 +248,4 @@ impl Table {
 fn inline(svg: &str) -> String {
     let start = svg.find("<svg").unwrap_or(0);
     format!("<figure>{}</figure>\n", &svg[start..])
-}
-
-fn push(html: &mut String, text: std::fmt::Arguments) {
-    // Writing to a string cannot fail.
-    let _ = html.write_fmt(text);
 }

@@ -6,12 +6,13 @@ use punctual::clock::SystemClock;
 use punctual::distance::{Bounds, Distance};
 use punctual::{Budget, PairMemory, Query, StopReason, Workspace};
 
-use super::case::{Case, size};
+use super::case::Case;
 use super::contender::DEPTH_FIRST;
 use super::measure::{Answer, Asked, Finished, Limit, Measured, Round, Row};
 use super::plan::plan;
 use super::summary::GOALS;
 use super::truth::Truth;
+use crate::approach::diagonal;
 
 /// The library as it comes.
 pub const OURS: &str = "nearest-first";
@@ -219,7 +220,7 @@ impl<'c> Truths<'c> {
 
 /// Whether bounds hold a distance that is itself known by bounds, and up to its rounding.
 fn within([low, high]: [f64; 2], [least, most]: [f64; 2], case: &Case) -> bool {
-    let error = 1e-13 * (size(case.a.mesh()) + size(case.b.mesh()) + most);
+    let error = 1e-13 * (diagonal(case.a.mesh()) + diagonal(case.b.mesh()) + most);
     least == f64::INFINITY || low <= most + error && least <= high + error
 }
 

@@ -51,8 +51,9 @@ impl Stratum {
     ];
 
     pub fn of(case: &Case, pose: &Pose, truth: &Truth) -> Self {
+        let [a, b] = case.boxes(pose);
         match truth.pairs.len() {
-            0 if case.boxes_apart(pose) => Self::Apart,
+            0 if !a.intersects(&b) => Self::Apart,
             0 => Self::NearMiss,
             1..=10 => Self::Grazing,
             11..=100 => Self::Shallow,
