@@ -80,15 +80,8 @@ impl<'t> Approach<'t> {
 
     /// The pose on a line with the middle of B's box so far before the target.
     pub fn at(&self, line: &Line, distance: f64) -> Result<Pose, Failure> {
-        let Line {
-            turn,
-            target,
-            direction,
-        } = *line;
-        Ok(Pose::new(
-            turn,
-            target - turn * middle(self.b.mesh()) + direction * distance,
-        )?)
+        let origin = line.target - line.turn * middle(self.b.mesh());
+        Ok(Pose::new(line.turn, origin + line.direction * distance)?)
     }
 
     /// How far before the target B first touches A when it comes from a distance; none if it passes.

@@ -3,6 +3,8 @@
 //! `traverse(A, B)`: no overlap, return; both leaves, test the primitives; else all pairs of children. This counts for the
 //! model's sake, on any binary tree of boxes; queries have a loop of their own ([`punctual::Query`]).
 
+use std::slice::from_ref;
+
 use punctual::intersection::Intersection;
 use punctual::{Answer, Budget, Query, StopReason, Verdict, Workspace};
 
@@ -48,19 +50,14 @@ impl Visits {
             self.overlapping.push(0);
         }
         self.overlapping[level] += 1;
-        match (a.children(), b.children()) {
-            (None, None) => self.leaf_pairs += 1,
-            (None, Some(of_b)) => of_b
-                .into_iter()
-                .for_each(|b| self.traverse(a, b, level + 1)),
-            (Some(of_a), None) => of_a
-                .into_iter()
-                .for_each(|a| self.traverse(a, b, level + 1)),
-            (Some(of_a), Some(of_b)) => {
-                of_a.into_iter().for_each(|a| {
-                    of_b.into_iter()
-                        .for_each(|b| self.traverse(a, b, level + 1))
-                });
+        let (of_a, of_b) = (a.children(), b.children());
+        if of_a.is_none() && of_b.is_none() {
+            self.leaf_pairs += 1;
+            return;
+        }
+        for &a in of_a.as_ref().map_or(from_ref(&a), |of_a| of_a) {
+            for &b in of_b.as_ref().map_or(from_ref(&b), |of_b| of_b) {
+                self.traverse(a, b, level + 1);
             }
         }
     }

@@ -25,55 +25,36 @@ struct Row {
 }
 
 impl Row {
-    /// `None` for a line that held no pose.
-    fn new(pose: usize, line: &str) -> Option<Self> {
-        let fields: Vec<&str> = line.split(',').collect();
-        assert_eq!(
-            (fields.len(), fields[0]),
-            (HEADER.split(',').count(), pose.to_string().as_str()),
-            "{line}"
-        );
-        if fields[13] == "error" {
-            assert!(
-                fields[1..12].iter().all(|field| field.is_empty()) && line.ends_with(",0,error,0"),
-                "{line}"
-            );
-            return None;
-        }
-        fields[12].parse::<u64>().unwrap();
+    fn new(fields: &[&str]) -> Self {
         let number = |i: usize| fields[i].parse::<f64>().unwrap();
         let point = |i: usize| DVec3::new(number(i), number(i + 1), number(i + 2));
-        let (low, high) = (number(1), number(2));
-        let nearest = if fields[3..11].iter().all(|field| field.is_empty()) {
-            assert!(high.is_infinite(), "{line}");
-            None
-        } else {
-            Some((
-                [fields[3], fields[4]].map(|id| id.parse().unwrap()),
-                [point(5), point(8)],
-            ))
-        };
-        let work = fields[14].parse().unwrap();
+        let (low, high) = (number(0), number(1));
+        let is_found = fields[2..10].iter().any(|field| !field.is_empty());
+        assert!(is_found || high.is_infinite(), "{fields:?}");
+        let nearest = is_found.then(|| {
+            let triangles = [fields[2], fields[3]].map(|id| id.parse().unwrap());
+            (triangles, [point(4), point(7)])
+        });
+        let closer = fields[10];
         assert!(
-            0.0 <= low && low <= high && ["", "yes", "no", "undecided"].contains(&fields[11]),
-            "{line}"
+            0.0 <= low && low <= high && ["", "yes", "no", "undecided"].contains(&closer),
+            "{fields:?}"
         );
-        Some(Self {
+        fields[11].parse::<u64>().unwrap();
+        Self {
             low,
             high,
             nearest,
-            closer: fields[11].into(),
-            stop: fields[13].into(),
-            work,
-        })
+            closer: closer.into(),
+            stop: fields[12].into(),
+            work: fields[13].parse().unwrap(),
+        }
     }
 }
 
 fn rows(answer: &Answer) -> Vec<Option<Row>> {
-    answer
-        .lines(HEADER)
-        .enumerate()
-        .map(|(pose, line)| Row::new(pose, line))
+    let rows = answer.table(HEADER).into_iter();
+    rows.map(|row| row.map(|fields| Row::new(&fields)))
         .collect()
 }
 
@@ -245,13 +226,8 @@ fn a_surface_inside_another_is_apart() {
 #[test]
 fn bad_options_are_refused_and_all_are_named() {
     let folder = cubes();
-    let help = folder.run("distance --help");
     let options = "--mode --rel --abs --leave-contact-open --closer-than --reps --budget-us --budget-work --portable --memory --margin";
-    assert!(
-        help.status == 0 && options.split(' ').all(|option| help.out.contains(option)),
-        "{}",
-        help.out
-    );
+    folder.help_names("distance", options);
     for option in ["--rel", "--abs", "--closer-than", "--margin"] {
         for bad in ["-1", "nan", "inf", "x"] {
             folder
@@ -259,24 +235,24 @@ fn bad_options_are_refused_and_all_are_named() {
                 .assert_refused(&[option, "must be"]);
         }
     }
-    for (bad, part) in [
-        ("--mode any", "--mode"),
-        ("--mode exact --rel 1", "--rel"),
-        ("--abs 1 --closer-than 1", "--abs"),
-        ("--leave-contact-open", "--abs"),
-        ("--budget-us 1 --budget-work 1", "--budget-us"),
-        ("--reps 0", "--reps"),
-    ] {
-        folder
-            .run(&format!("distance a.obj b.obj poses.txt {bad}"))
-            .assert_refused(&[part]);
-    }
-    folder
-        .run("distance a.obj none.obj poses.txt")
-        .assert_refused(&["none.obj: "]);
-    folder
-        .run("distance a.obj a.obj poses")
-        .assert_refused(&["poses: "]);
+    folder.refuses(
+        "distance a.obj b.obj poses.txt",
+        &[
+            ("--mode any", "--mode"),
+            ("--mode exact --rel 1", "--rel"),
+            ("--abs 1 --closer-than 1", "--abs"),
+            ("--leave-contact-open", "--abs"),
+            ("--budget-us 1 --budget-work 1", "--budget-us"),
+            ("--reps 0", "--reps"),
+        ],
+    );
+    folder.refuses(
+        "distance a.obj",
+        &[
+            ("none.obj poses.txt", "none.obj:"),
+            ("a.obj poses", "poses:"),
+        ],
+    );
     folder.write("broken.obj", "v 0 0 0\nv 1 0\n");
     folder
         .run("distance a.obj broken.obj poses.txt")

@@ -141,7 +141,7 @@ impl Series {
 
 /// About the width of a text, units.
 fn text_width(text: &str) -> f64 {
-    9.0 * text.chars().count() as f64
+    7.5 * text.chars().count() as f64
 }
 
 impl Draw for Chart {

@@ -79,7 +79,8 @@ impl Draw for HeatMap {
         for i in 0..STEPS {
             let top = frame.bottom() - (i + 1) as f64 * step;
             let share = (i as f64 + 0.5) / STEPS as f64;
-            drawn += &shaded([left, top], [20.0, step], share);
+            // They overlap, so that no rounding shows between them.
+            drawn += &shaded([left, top], [20.0, 1.2 * step], share);
         }
         for tick in self.color.ticks(&colors) {
             let y = frame.bottom() - share(tick) * HEIGHT;
