@@ -2,7 +2,7 @@
 //!
 //! The model is that of R. Weller, J. Klein, G. Zachmann, "A Model for the Expected Running Time of Collision Detection
 //! using AABB Trees" (EGVE 2006): boxes shrink by a factor alpha from one level of a binary tree to the next, and the
-//! number of box pairs that overlap on each level follows. [`paper`] has its equations by number, [`artificial`] the trees
+//! number of box pairs that overlap on each level follows. [`paper`] has its equations, [`artificial`] the trees
 //! on which it was tried, [`traversal`] its Algorithm 1. The rest goes on from there:
 //!
 //! | what is known of the query | expected BV tests |

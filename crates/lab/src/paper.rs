@@ -1,4 +1,4 @@
-//! The paper's equations, by number.
+//! Equations 1 and 11 of the paper, and its Table 1.
 //!
 //! `l` counts levels of the bounding volume test tree, 0 for the pair of roots; `d = log2 n` is the height of a binary tree
 //! of `n` leaves; `alpha` the factor by which boxes shrink along an axis from one level to the next, in `0..=1`. `N_v` is

@@ -260,14 +260,11 @@ impl Asker<'_> {
         let solid = Tree::with_options(a.mesh().clone(), &options);
         for size in SIZES {
             let points: Vec<[f64; 3]> = (0..size).map(|_| point().to_array()).collect();
-            for query in [Query::windings(&solid, &points)].into_iter().flatten() {
+            if let Ok(query) = Query::windings(&solid, &points) {
                 let moments = self.batch(&query, size, false);
                 self.moments.points.extend(moments);
             }
-            for query in [Query::signed_distances(&solid, &points)]
-                .into_iter()
-                .flatten()
-            {
+            if let Ok(query) = Query::signed_distances(&solid, &points) {
                 let moments = self.batch(&query, size, true);
                 self.moments.points.extend(moments);
             }
