@@ -6,7 +6,7 @@
 use std::slice::from_ref;
 
 use punctual::intersection::Intersection;
-use punctual::{Answer, Budget, Query, StopReason, Verdict, Workspace};
+use punctual::{Answer, Budget, PairMemory, Query, StopReason, Verdict, Workspace};
 
 /// A node of a binary tree of boxes, placed in space.
 pub trait BinaryNode: Copy {
@@ -63,21 +63,41 @@ impl Visits {
     }
 }
 
-/// A whole query of the library, however often the pair buffer fills; `report` is told its pairs.
+/// A whole query of the library; `report` is told its pairs.
 pub fn complete(
     query: &Query<Intersection>,
     workspace: &mut Workspace,
+    report: impl FnMut([u32; 2]),
+) -> Answer<Verdict> {
+    let outcome = query.run(workspace, Budget::unlimited());
+    advance(query, workspace, None, outcome, None, report)
+}
+
+/// Goes on with a query of the library until it has done work up to a limit, if there is one, however
+/// often the pair buffer fills.
+pub fn advance(
+    query: &Query<Intersection>,
+    workspace: &mut Workspace,
+    mut memory: Option<&mut PairMemory>,
+    mut outcome: Answer<Verdict>,
+    limit: Option<u64>,
     mut report: impl FnMut([u32; 2]),
 ) -> Answer<Verdict> {
-    let mut outcome = query.run(workspace, Budget::unlimited());
     workspace.drain_pairs().for_each(&mut report);
-    while outcome.stop == StopReason::PairsFull
-        && let Ok(next) = query.resume(workspace, Budget::unlimited())
-    {
+    loop {
+        let budget = limit.map_or(Budget::unlimited(), |limit| {
+            Budget::work(limit.saturating_sub(outcome.stats.work))
+        });
+        let begun = query.with_memory(memory.as_deref_mut());
+        let Ok(next) = begun.resume(workspace, budget) else {
+            return outcome;
+        };
         outcome = next;
         workspace.drain_pairs().for_each(&mut report);
+        if outcome.stop != StopReason::PairsFull {
+            return outcome;
+        }
     }
-    outcome
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use punctual::{Answer, Budget, Mode, PairMemory, Query, StopReason, Verdict, Wor
 
 use super::cases::Case;
 use super::moments::{STOPS, THINNED};
+use crate::traversal::advance;
 
 /// A query at one moment, and its end.
 pub struct Sample {
@@ -140,7 +141,7 @@ impl Sampler<'_> {
             if outcome.stop == StopReason::WorkLimit
                 && let Ok(frontier) = query.frontier(&self.workspace)
             {
-                let end = resume(query, &mut self.workspace, outcome, None);
+                let end = advance(query, &mut self.workspace, None, outcome, None, drop);
                 self.samples.push(sample(Some(stop), frontier, &end));
             } else {
                 self.samples[before].decided += 1;
@@ -153,35 +154,15 @@ impl Sampler<'_> {
 fn run(
     query: &Query<Intersection>,
     workspace: &mut Workspace,
-    memory: Option<&mut PairMemory>,
+    mut memory: Option<&mut PairMemory>,
     limit: Option<u64>,
 ) -> Answer<Verdict> {
     let budget = limit.map_or(Budget::unlimited(), Budget::work);
-    let outcome = query
-        .with_memory(memory)
-        .run(workspace, budget.clock(&ManualClock::new()));
+    let begun = query.with_memory(memory.as_deref_mut());
+    let outcome = begun.run(workspace, budget.clock(&ManualClock::new()));
     if outcome.stop == StopReason::PairsFull {
-        resume(query, workspace, outcome, limit)
+        advance(query, workspace, memory, outcome, limit, drop)
     } else {
         outcome
-    }
-}
-
-fn resume(
-    query: &Query<Intersection>,
-    workspace: &mut Workspace,
-    mut outcome: Answer<Verdict>,
-    limit: Option<u64>,
-) -> Answer<Verdict> {
-    loop {
-        workspace.drain_pairs().for_each(drop);
-        let budget = limit.map_or(Budget::unlimited(), |limit| {
-            Budget::work(limit.saturating_sub(outcome.stats.work))
-        });
-        match query.resume(workspace, budget.clock(&ManualClock::new())) {
-            Ok(next) if next.stop == StopReason::PairsFull => outcome = next,
-            Ok(next) => return next,
-            Err(_) => return outcome,
-        }
     }
 }

@@ -6,6 +6,8 @@ use punctual::intersection::Intersection;
 use punctual::prediction::Estimate;
 use punctual::{Budget, Certificate, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 
+use crate::traversal::advance;
+
 use super::case::Case;
 use super::confidence::Guess;
 use super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
@@ -285,35 +287,10 @@ pub fn case(
     true
 }
 
-/// Goes on with a query until it has done work up to `limit`, however often the pair buffer fills.
-fn advance(
-    query: &Query<Intersection>,
-    workspace: &mut Workspace,
-    mut memory: Option<&mut PairMemory>,
-    mut outcome: punctual::Answer<Verdict>,
-    limit: u64,
-    mut report: impl FnMut([u32; 2]),
-) -> punctual::Answer<Verdict> {
-    loop {
-        let budget = Budget::work(limit.saturating_sub(outcome.stats.work));
-        match query
-            .with_memory(memory.as_deref_mut())
-            .resume(workspace, budget)
-        {
-            Ok(next) => outcome = next,
-            Err(_) => return outcome,
-        }
-        workspace.drain_pairs().for_each(&mut report);
-        if outcome.stop != StopReason::PairsFull {
-            return outcome;
-        }
-    }
-}
-
 /// Work of a finished run.
 fn finish(query: &Query<Intersection>, workspace: &mut Workspace) -> u64 {
     let outcome = query.run(workspace, Budget::work(0));
-    advance(query, workspace, None, outcome, u64::MAX, drop)
+    advance(query, workspace, None, outcome, Some(u64::MAX), drop)
         .stats
         .work
 }
@@ -369,7 +346,7 @@ impl Run<'_> {
                 workspace,
                 memory.as_deref_mut(),
                 outcome,
-                limit,
+                Some(limit),
                 |pair| judge.report(pair),
             );
             let verdict = judge.answer(&outcome, asked);
