@@ -6,14 +6,12 @@ use std::time::{Duration, Instant};
 use punctual::clock::SystemClock;
 use punctual::contacts::{Contact, ContactBounds, Contacts, Manifold, ManifoldBounds};
 use punctual::glam::DVec3;
-use punctual::{PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace};
-use punctual_depenetrate::PenetrationWorkspace;
-use punctual_lab::files::Listed;
+use punctual::{Budget, PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace};
+use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Running, build_options, parse_size, print_source};
-use crate::push;
+use crate::input::{Input, LoadedInput, Running, build_options, parse_size, print_source, vector};
 use crate::view::{self, ViewArgs};
 
 /// Where two meshes meet or come close, at each pose of a list.
@@ -67,33 +65,40 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let LoadedInput { a, b, build, poses } = args.input.load(&build_options(args.solid))?;
     args.input.complain_of_open([&a, &b]);
     let completion = args.input.complain_of_bad_poses(&poses);
-    let mut sweeper = Sweeper::new(args, &a, &b);
-    let mut answers = sweeper.sweep(&poses)?;
-    for _ in 1..args.running.reps {
-        for (answer, again) in answers.iter_mut().zip(sweeper.sweep(&poses)?) {
-            if let (Some(answer), Some(again)) = (answer, again) {
-                answer.times = [0, 1].map(|i| answer.times[i].min(again.times[i]));
-                if let (Some(push), Some(again)) = (&mut answer.push, again.push) {
-                    push.time = push.time.min(again.time);
-                }
+    let mut workspace = args.running.workspace();
+    let pushes = || PenetrationWorkspace::with_engine(args.running.workspace());
+    let mut pushes = args.push.then(pushes);
+    let rows = args
+        .running
+        .answers(&poses, PairMemory::new, |&pose, memory, budget| {
+            if !args.memory {
+                *memory = PairMemory::new();
             }
-        }
-    }
+            let answer = args.answer([&a, &b], pose, memory, &mut workspace);
+            // A query goes on in the workspace that it has begun in.
+            let (mut answer, [asked, of_patches]) = answer.ok()?;
+            let start = Instant::now();
+            answer.push = pushes.as_mut().map(|workspace| {
+                let query = PenetrationQuery::new(&a, &b, pose).push_only(true);
+                query.run(workspace, budget)
+            });
+            Some((answer, [asked, of_patches, start.elapsed()]))
+        });
     print_source(out, build)?;
     writeln!(
         out,
         "pose,kind,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,low,ns,stop"
     )?;
-    for (i, answer) in answers.iter().enumerate() {
-        match answer {
-            Some(answer) => answer.print(out, i, args.solid)?,
+    for (i, row) in rows.iter().enumerate() {
+        match row {
+            Some((answer, times)) => answer.print(out, i, times, args.solid)?,
             None => writeln!(out, "{i},,,,,,,,,,,,,,,,0,error")?,
         }
     }
     args.view.write(
         args.input.meshes.up(),
-        view::answered(&poses, &answers),
-        |(pose, answer)| {
+        view::answered(&poses, &rows),
+        |(pose, (answer, _))| {
             let (bodies, most) = (
                 args.input.bodies([&a, &b]),
                 args.max.map(|most| most as usize),
@@ -110,6 +115,60 @@ impl Args {
         self.max
             .map_or(query, |most| query.contact_limit(most as usize))
     }
+
+    /// The contacts and the manifolds of a pose, each within a budget of the same size, and the times that
+    /// they took.
+    fn answer(
+        &self,
+        [a, b]: [&Tree; 2],
+        pose: Pose,
+        memory: &mut PairMemory,
+        workspace: &mut Workspace,
+    ) -> Result<(Answer, [Duration; 2]), ResumeError> {
+        let (budget, clock) = (self.running.limits.budget(), SystemClock::default());
+        let most = self.max.map_or(usize::MAX, |most| most as usize);
+        let (query, start) = (self.query(a, b, pose), Instant::now());
+        let mut said = query.run(workspace, budget.clock(&clock));
+        while let Some(left) = self.more_room(&said, most, workspace) {
+            said = query.resume(workspace, left.clock(&clock))?;
+        }
+        let asked = start.elapsed();
+        let contacts = workspace.contacts().copied().collect();
+        let query = Query::manifolds(a, b, pose).skin(self.margin);
+        let start = Instant::now();
+        let begun = query.with_memory(&mut *memory);
+        let mut of_patches = begun.run(workspace, budget.clock(&clock));
+        while let Some(left) = self.more_room(&of_patches, usize::MAX, workspace) {
+            let begun = query.with_memory(&mut *memory);
+            of_patches = begun.resume(workspace, left.clock(&clock))?;
+        }
+        let times = [asked, start.elapsed()];
+        let patches = workspace.manifolds().to_vec();
+        let answer = Answer {
+            said,
+            contacts,
+            of_patches,
+            patches,
+            push: None,
+        };
+        Ok((answer, times))
+    }
+
+    /// What is left of the budget, with more room for contacts, if an answer lacks only that and there are
+    /// not so many.
+    fn more_room<V>(
+        &self,
+        said: &punctual::Answer<V>,
+        most: usize,
+        workspace: &mut Workspace,
+    ) -> Option<Budget> {
+        let is_full = said.stop == StopReason::PairsFull && workspace.contacts().len() < most;
+        is_full.then(|| {
+            workspace.reserve_contacts(2 * said.stats.found as usize);
+            let elapsed = said.stats.elapsed.unwrap_or_default();
+            self.running.limits.budget_left(elapsed, said.stats.work)
+        })
+    }
 }
 
 /// What was found at a pose.
@@ -118,141 +177,7 @@ struct Answer {
     contacts: Vec<Contact>,
     of_patches: punctual::Answer<ManifoldBounds>,
     patches: Vec<Manifold>,
-    /// Of the query for contacts, and of that for manifolds.
-    times: [Duration; 2],
-    push: Option<push::Answer>,
-}
-
-struct Sweeper<'t> {
-    args: &'t Args,
-    trees: [&'t Tree; 2],
-    workspace: Workspace,
-    pushes: Option<PenetrationWorkspace>,
-    memory: PairMemory,
-    clock: SystemClock,
-}
-
-impl<'t> Sweeper<'t> {
-    fn new(args: &'t Args, a: &'t Tree, b: &'t Tree) -> Self {
-        let workspace = args.running.workspace();
-        let pushes = args
-            .push
-            .then(|| PenetrationWorkspace::with_engine(args.running.workspace()));
-        Self {
-            args,
-            trees: [a, b],
-            workspace,
-            pushes,
-            memory: PairMemory::new(),
-            clock: SystemClock::default(),
-        }
-    }
-
-    /// All poses once; none where a line holds no pose.
-    fn sweep(&mut self, poses: &[Listed<Pose>]) -> Result<Vec<Option<Answer>>, ResumeError> {
-        self.memory = PairMemory::new();
-        poses
-            .iter()
-            .map(|listed| {
-                listed
-                    .entry
-                    .as_ref()
-                    .ok()
-                    .map(|pose| self.answer(pose))
-                    .transpose()
-            })
-            .collect()
-    }
-
-    fn answer(&mut self, pose: &Pose) -> Result<Answer, ResumeError> {
-        let [a, b] = self.trees;
-        if !self.args.memory {
-            self.memory = PairMemory::new();
-        }
-        let start = Instant::now();
-        let said = self.ask(pose)?;
-        let asked = start.elapsed();
-        let contacts = self.workspace.contacts().copied().collect();
-        let start = Instant::now();
-        let of_patches = self.ask_for_patches(pose)?;
-        let times = [asked, start.elapsed()];
-        let patches = self.workspace.manifolds().to_vec();
-        let Self {
-            args,
-            pushes,
-            clock,
-            ..
-        } = self;
-        let budget = args.running.limits.budget();
-        let push = pushes
-            .as_mut()
-            .map(|workspace| push::Answer::of([a, b], pose, workspace, budget, clock));
-        Ok(Answer {
-            said,
-            contacts,
-            of_patches,
-            patches,
-            times,
-            push,
-        })
-    }
-
-    /// The manifolds of a pose, within a budget of the same size.
-    fn ask_for_patches(
-        &mut self,
-        pose: &Pose,
-    ) -> Result<punctual::Answer<ManifoldBounds>, ResumeError> {
-        let Self {
-            args,
-            trees: [a, b],
-            workspace,
-            memory,
-            clock,
-            ..
-        } = self;
-        let query = Query::manifolds(a, b, *pose).skin(args.margin);
-        let budget = args.running.limits.budget();
-        let mut said = query
-            .with_memory(&mut *memory)
-            .run(workspace, budget.clock(clock));
-        while said.stop == StopReason::PairsFull {
-            workspace.reserve_contacts(2 * said.stats.found as usize);
-            let left = args
-                .running
-                .limits
-                .budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
-            said = query
-                .with_memory(&mut *memory)
-                .resume(workspace, left.clock(clock))?;
-        }
-        Ok(said)
-    }
-
-    /// The contacts of a pose; without a limit there is always room for more.
-    fn ask(&mut self, pose: &Pose) -> Result<punctual::Answer<ContactBounds>, ResumeError> {
-        let Self {
-            args,
-            trees: [a, b],
-            workspace,
-            clock,
-            ..
-        } = self;
-        let query = args.query(a, b, *pose);
-        let mut said = query.run(workspace, args.running.limits.budget().clock(clock));
-        while said.stop == StopReason::PairsFull {
-            let found = workspace.contacts().len();
-            if args.max.is_some_and(|most| found >= most as usize) {
-                break;
-            }
-            workspace.reserve_contacts(2 * found);
-            let left = args
-                .running
-                .limits
-                .budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
-            said = query.resume(workspace, left.clock(clock))?;
-        }
-        Ok(said)
-    }
+    push: Option<punctual::Answer<Penetration>>,
 }
 
 impl Answer {
@@ -274,10 +199,14 @@ impl Answer {
         nearest.map_or_else(String::new, |patch| patch.id.to_string())
     }
 
-    fn print(&self, out: &mut impl Write, pose: usize, with_overlaps: bool) -> io::Result<()> {
-        let [asked, of_patches] = self.times;
+    fn print(
+        &self,
+        out: &mut impl Write,
+        pose: usize,
+        &[asked, of_patches, pushed]: &[Duration; 3],
+        with_overlaps: bool,
+    ) -> io::Result<()> {
         let (low, stop, ns) = (self.said.value.low, self.said.stop, asked.as_nanos());
-        let vector = |DVec3 { x, y, z }| format!("{x},{y},{z}");
         for contact in &self.contacts {
             let patch = self.patch_of(contact);
             let [a, b] = contact.triangles;
@@ -322,8 +251,18 @@ impl Answer {
                 "{pose},contained,{inner},,,,,,,,,,,,,{low},{ns},{stop}"
             )?;
         }
-        self.push
-            .as_ref()
-            .map_or(Ok(()), |push| push.print(out, pose))
+        let Some(found) = &self.push else {
+            return Ok(());
+        };
+        let (Penetration { high, .. }, stop) = (found.value, found.stop);
+        let n = found.value.direction.unwrap_or(DVec3::X);
+        // Empty where the budget ended before a push was found.
+        let push = if high < f64::INFINITY {
+            format!("{},{high}", vector(n))
+        } else {
+            ",,,".into()
+        };
+        let ns = pushed.as_nanos();
+        writeln!(out, "{pose},push,,,,,,,,,,{push},,{ns},{stop}")
     }
 }

@@ -1,6 +1,6 @@
 //! `punctual depth`: two meshes, a list of poses, how deep they penetrate each other at each, bounded within a budget.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::time::Instant;
 
 use punctual::tree::Solid;
@@ -9,7 +9,9 @@ use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Row, Running, parse_size, print_source};
+use crate::input::{
+    Input, LoadedInput, Running, parse_size, print_rows, print_source, vector, yes_or_no,
+};
 
 /// How deep two meshes penetrate each other at each pose of a list: how far B has to be moved, at least, until they are apart.
 ///
@@ -59,44 +61,42 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
                 Some(share) => query.relative_tolerance(share),
                 None => query,
             };
-            Some((query.run(&mut workspace, budget), start.elapsed()))
+            Some((query.run(&mut workspace, budget), [start.elapsed()]))
         },
     );
     print_source(out, build)?;
-    print(out, &rows, args.deeper_than.is_some())?;
-    Ok(completion)
-}
-
-fn print(
-    out: &mut impl Write,
-    rows: &[Row<Answer<Penetration>>],
-    asks_limit: bool,
-) -> io::Result<()> {
+    let asks_limit = args.deeper_than.is_some();
     let [header, none] = if asks_limit {
         [",deeper", ","]
     } else {
         [""; 2]
     };
-    writeln!(out, "pose,low,high,nx,ny,nz,ns,stop,work{header}")?;
-    for (i, row) in rows.iter().enumerate() {
-        let Some((said, least)) = row else {
-            writeln!(out, "{i},,,,,,0,error,0{none}")?;
-            continue;
-        };
-        let Penetration { low, high, .. } = said.value;
-        write!(out, "{i},{low},{high},")?;
-        match said.value.direction {
-            Some(n) => write!(out, "{},{},{}", n.x, n.y, n.z)?,
-            None => write!(out, ",,")?,
-        }
-        let (ns, stop, work) = (least.as_nanos(), said.stop, said.stats.work);
-        let deeper = match said.value.deeper {
-            _ if !asks_limit => "",
-            None => ",undecided",
-            Some(true) => ",yes",
-            Some(false) => ",no",
-        };
-        writeln!(out, ",{ns},{stop},{work}{deeper}")?;
-    }
-    Ok(())
+    let (header, none) = (
+        format!("pose,low,high,nx,ny,nz,ns,stop,work{header}"),
+        format!(",,,,,0,error,0{none}"),
+    );
+    print_rows(
+        out,
+        &header,
+        &rows,
+        &none,
+        |said: &Answer<Penetration>, ns| {
+            let Penetration {
+                low,
+                high,
+                direction,
+                deeper,
+                ..
+            } = said.value;
+            let n = direction.map_or(",,".to_owned(), vector);
+            let (stop, work) = (said.stop, said.stats.work);
+            let deeper = if asks_limit {
+                format!(",{}", yes_or_no(deeper))
+            } else {
+                String::new()
+            };
+            format!("{low},{high},{n},{ns},{stop},{work}{deeper}")
+        },
+    )?;
+    Ok(completion)
 }

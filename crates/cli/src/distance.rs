@@ -9,7 +9,10 @@ use punctual::{Answer, PairMemory, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Row, Running, SolidArgs, parse_size, print_source};
+use crate::input::{
+    Input, LoadedInput, Row, Running, SolidArgs, parse_size, print_rows, print_source, vector,
+    yes_or_no,
+};
 use crate::view::{self, ViewArgs};
 
 /// How far apart two meshes are at each pose of a list.
@@ -85,7 +88,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         let found = query
             .with_memory(memory.as_mut())
             .run(&mut workspace, budget);
-        Some((found, start.elapsed()))
+        Some((found, [start.elapsed()]))
     });
     print_source(out, build)?;
     args.print(out, &rows)?;
@@ -114,47 +117,30 @@ impl Args {
     }
 
     fn print(&self, out: &mut impl Write, rows: &[Row<Answer<Bounds>>]) -> io::Result<()> {
-        writeln!(
-            out,
+        let header = format!(
             "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work{}",
             self.solid.header()
-        )?;
-        for (i, row) in rows.iter().enumerate() {
-            let Some((said, least)) = row else {
-                let within = self.solid.field(None);
-                writeln!(out, "{i},,,,,,,,,,,,0,error,0{within}")?;
-                continue;
-            };
+        );
+        let none = format!(",,,,,,,,,,,0,error,0{}", self.solid.field(None));
+        print_rows(out, &header, rows, &none, |said, ns| {
             let Bounds {
                 low,
                 high,
                 nearest,
+                closer,
                 within,
                 ..
             } = said.value;
-            write!(out, "{i},{low},{high},")?;
-            match nearest {
-                Some(nearest) => {
-                    let ([a, b], [p, q]) = (nearest.triangles, nearest.points);
-                    write!(
-                        out,
-                        "{a},{b},{},{},{},{},{},{}",
-                        p.x, p.y, p.z, q.x, q.y, q.z
-                    )?;
-                }
-                None => write!(out, ",,,,,,,")?,
-            }
-            let closer = match said.value.closer {
-                _ if self.goal.closer_than.is_none() => "",
-                Some(true) => "yes",
-                Some(false) => "no",
-                None => "undecided",
-            };
-            let (ns, stop, work) = (least.as_nanos(), said.stop, said.stats.work);
+            let nearest = nearest.map_or(",,,,,,,".to_owned(), |nearest| {
+                let ([a, b], [p, q]) = (nearest.triangles, nearest.points.map(vector));
+                format!("{a},{b},{p},{q}")
+            });
+            let asked = self.goal.closer_than.is_some();
+            let closer = if asked { yes_or_no(closer) } else { "" };
+            let (stop, work) = (said.stop, said.stats.work);
             let within = self.solid.field(within);
-            writeln!(out, ",{closer},{ns},{stop},{work}{within}")?;
-        }
-        Ok(())
+            format!("{low},{high},{nearest},{closer},{ns},{stop},{work}{within}")
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use crate::Completion;
 ///
 /// Each query is run to its end, and stopped at 2, 5, 10, 20 and 50 % of the work of the complete query; what the model sees
 /// at each moment is set against what came of it. With --out, writes the constants as Rust source, to be put in the place of
-/// src/model/constants.rs. With --report, writes tables (CSV) and pictures (SVG, PNG) of the errors of the constants that
+/// src/model/constants.rs. With --report, writes tables (CSV) and pictures (SVG) of the errors of the constants that
 /// this program was built with. `tools/fit_model` does both for the cases that the built-in constants are of.
 #[derive(clap::Args)]
 #[command(group = ArgGroup::new("what").required(true))]
@@ -63,7 +63,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         data.add(&Case::approached(files)?, Asked::Intersections);
     }
     if args.shapes {
-        for case in Case::shapes() {
+        for case in Case::shapes()? {
             data.add(&case, Asked::Everything);
         }
     }

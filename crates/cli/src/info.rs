@@ -101,7 +101,7 @@ fn print_tree(
     writeln!(out, "  triangles     {:>12}", stats.triangles)?;
     writeln!(out, "  coordinates   {precision:>12}")?;
     writeln!(out, "  nodes         {:>12}", stats.nodes)?;
-    writeln!(out, "  leaves      {:>12}", stats.leaves)?;
+    writeln!(out, "  leaves        {:>12}", stats.leaves)?;
     writeln!(out, "  depth         {:>12}", stats.depth)?;
     writeln!(out, "  build ms      {:>12.3}", build.as_secs_f64() * 1e3)?;
     writeln!(out, "  refit ms      {:>12.3}", refit.as_secs_f64() * 1e3)?;

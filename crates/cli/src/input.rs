@@ -10,6 +10,7 @@ use clap::ValueEnum;
 use indicatif::ProgressStyle;
 use indicatif::style::TemplateError;
 use punctual::clock::{ClockedBudget, SystemClock};
+use punctual::glam::DVec3;
 use punctual::intersection::Operand;
 use punctual::tree::Solid;
 use punctual::{Budget, BuildOptions, Mesh, Pose, Tree, Workspace};
@@ -171,12 +172,12 @@ impl Running {
 
     /// Answers the entries of a list within the budget, as often as is asked: the answers of the first sweep, each with
     /// the least time that it took. `begin` makes what one sweep carries from entry to entry.
-    pub fn answers<E, M, T>(
+    pub fn answers<E, M, T, const N: usize>(
         &self,
         list: &[Listed<E>],
         begin: impl Fn() -> M,
-        mut answer: impl FnMut(&E, &mut M, ClockedBudget<'_>) -> Row<T>,
-    ) -> Vec<Row<T>> {
+        mut answer: impl FnMut(&E, &mut M, ClockedBudget<'_>) -> Row<T, N>,
+    ) -> Vec<Row<T, N>> {
         let clock = SystemClock::default();
         least_times(self.reps, || {
             let mut carried = begin();
@@ -280,13 +281,46 @@ pub fn parse_size(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An answer and what it took; none where a line holds nothing to answer.
-pub type Row<T> = Option<(T, Duration)>;
+/// An answer and the times that its parts took; none where a line holds nothing to answer.
+pub type Row<T, const N: usize = 1> = Option<(T, [Duration; N])>;
 
 /// The comment above the columns: the program, its version, and the time of the build in nanoseconds.
 pub fn print_source(out: &mut impl Write, build: Duration) -> io::Result<()> {
     let (version, build) = (env!("CARGO_PKG_VERSION"), build.as_nanos());
     writeln!(out, "# peer=punctual version={version} build_ns={build}")
+}
+
+/// Prints a table: `line` gives what stands behind the number of a row, of the answer and of the
+/// nanoseconds that it took, and `none` where there was nothing to answer.
+pub fn print_rows<T>(
+    out: &mut impl Write,
+    header: &str,
+    rows: &[Row<T>],
+    none: &str,
+    line: impl Fn(&T, u128) -> String,
+) -> io::Result<()> {
+    writeln!(out, "{header}")?;
+    for (i, row) in rows.iter().enumerate() {
+        match row {
+            Some((answer, [least])) => writeln!(out, "{i},{}", line(answer, least.as_nanos()))?,
+            None => writeln!(out, "{i},{none}")?,
+        }
+    }
+    Ok(())
+}
+
+/// What is known of a question, in a word.
+pub fn yes_or_no(answer: Option<bool>) -> &'static str {
+    match answer {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "undecided",
+    }
+}
+
+/// Three coordinates, between commas.
+pub fn vector(DVec3 { x, y, z }: DVec3) -> String {
+    format!("{x},{y},{z}")
 }
 
 /// The progress bar of long work. It is drawn on standard error, and only on a terminal.
@@ -295,12 +329,15 @@ pub fn progress_style() -> Result<ProgressStyle, TemplateError> {
 }
 
 /// Sweeps over a list so many times: the answers of the first time, each with the least time that it took.
-pub fn least_times<T>(sweeps: u32, mut sweep: impl FnMut() -> Vec<Row<T>>) -> Vec<Row<T>> {
+pub fn least_times<T, const N: usize>(
+    sweeps: u32,
+    mut sweep: impl FnMut() -> Vec<Row<T, N>>,
+) -> Vec<Row<T, N>> {
     let mut rows = sweep();
     for _ in 1..sweeps {
         for (row, again) in rows.iter_mut().zip(sweep()) {
-            if let (Some((_, least)), Some((_, time))) = (row, again) {
-                *least = time.min(*least);
+            if let (Some((_, least)), Some((_, times))) = (row, again) {
+                *least = std::array::from_fn(|i| times[i].min(least[i]));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! `punctual inside`: a mesh, a list of points, which are inside and how far from the surface, within a budget.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -10,7 +10,7 @@ use punctual::{Answer, BuildOptions, Query, Tree};
 use punctual_lab::files;
 use punctual_lab::report::Failure;
 
-use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, print_source};
+use crate::input::{MeshArgs, Running, complain_of_bad_lines, print_rows, print_source, yes_or_no};
 use crate::{Completion, complain};
 
 /// Whether points are inside a solid, and how far from its surface.
@@ -64,41 +64,29 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
             // The points of the list were checked.
             let query = Query::signed_distance(&tree, point).ok()?;
             let start = Instant::now();
-            Some((query.run(&mut workspace, budget), start.elapsed()))
+            Some((query.run(&mut workspace, budget), [start.elapsed()]))
         },
     );
     print_source(out, build)?;
-    print(out, &rows)?;
+    let header = "point,winding,inside,low,high,ns,stop";
+    print_rows(
+        out,
+        header,
+        &rows,
+        ",,,,0,error",
+        |answer: &Answer<_>, ns| {
+            let PointBounds {
+                winding,
+                inside,
+                distance,
+                ..
+            } = answer.value;
+            let bounds = distance.map(|distance| [distance.low, distance.high]);
+            let [low, high] = bounds.unwrap_or([f64::INFINITY; 2]);
+            let winding = winding.map_or("nan".to_owned(), |winding| winding.to_string());
+            let (inside, stop) = (yes_or_no(inside), answer.stop);
+            format!("{winding},{inside},{low},{high},{ns},{stop}")
+        },
+    )?;
     Ok(completion)
-}
-
-fn print(out: &mut impl Write, rows: &[Row<Answer<PointBounds>>]) -> io::Result<()> {
-    writeln!(out, "point,winding,inside,low,high,ns,stop")?;
-    for (i, row) in rows.iter().enumerate() {
-        let Some((answer, least)) = row else {
-            writeln!(out, "{i},,,,,0,error")?;
-            continue;
-        };
-        let PointBounds {
-            winding,
-            inside,
-            distance,
-            ..
-        } = answer.value;
-        let inside = match inside {
-            Some(true) => "yes",
-            Some(false) => "no",
-            None => "undecided",
-        };
-        let bounds = distance.map(|distance| [distance.low, distance.high]);
-        let [low, high] = bounds.unwrap_or([f64::INFINITY; 2]);
-        let winding = winding.map_or("nan".to_owned(), |winding| winding.to_string());
-        writeln!(
-            out,
-            "{i},{winding},{inside},{low},{high},{},{}",
-            least.as_nanos(),
-            answer.stop
-        )?;
-    }
-    Ok(())
 }

@@ -18,7 +18,6 @@ mod pair;
 mod paper;
 mod pile;
 mod poses;
-mod push;
 mod rays;
 mod robot;
 mod scene;

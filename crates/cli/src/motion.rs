@@ -13,7 +13,7 @@ use punctual_lab::report::Failure;
 use crate::Completion;
 use crate::input::{
     MeshArgs, Row, Running, SolidArgs, complain_of_bad_lines, complain_of_open, parse_size,
-    print_source,
+    print_rows, print_source,
 };
 use crate::view::{self, ViewArgs};
 
@@ -96,7 +96,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
             let found = query
                 .with_memory(memory.as_mut())
                 .run(&mut workspace, budget);
-            Some(((begun, found), start.elapsed()))
+            Some(((begun, found), [start.elapsed()]))
         });
     print_source(out, build)?;
     args.print(out, &rows)?;
@@ -161,23 +161,16 @@ impl Args {
         out: &mut impl Write,
         rows: &[Row<(Begun, Answer<TimeOfImpact>)>],
     ) -> io::Result<()> {
-        let free_from = if self.ignore_start.is_some() {
-            ",free_from"
-        } else {
-            ""
+        let [free_from, nothing] = match self.ignore_start {
+            Some(_) => [",free_from", ","],
+            None => [""; 2],
         };
-        let within = self.solid.header();
-        writeln!(
-            out,
-            "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work{within}{free_from}"
-        )?;
-        for (i, row) in rows.iter().enumerate() {
-            let Some(((begun, passage), least)) = row else {
-                let within = self.solid.field(None);
-                let nothing = if self.ignore_start.is_some() { "," } else { "" };
-                writeln!(out, "{i},,,,,0,error,0{within}{nothing}")?;
-                continue;
-            };
+        let header = format!(
+            "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work{}{free_from}",
+            self.solid.header()
+        );
+        let none = format!(",,,,0,error,0{}{nothing}", self.solid.field(None));
+        print_rows(out, &header, rows, &none, |(begun, passage), ns| {
             let TimeOfImpact {
                 lower,
                 upper,
@@ -185,18 +178,17 @@ impl Args {
                 within,
                 ..
             } = passage.value;
+            let lower = begun.time(lower);
             let upper = upper.map_or(String::new(), |time| begun.time(time).to_string());
             let triangles = triangles.map_or(",".into(), |[a, b]| format!("{a},{b}"));
-            write!(out, "{i},{},{upper},{triangles}", begun.time(lower))?;
-            let (ns, stop, work) = (least.as_nanos(), passage.stop, passage.stats.work);
-            write!(out, ",{ns},{stop},{work}{}", self.solid.field(within))?;
-            match begun.from {
-                _ if self.ignore_start.is_none() => writeln!(out)?,
-                Some(from) => writeln!(out, ",{from}")?,
-                None => writeln!(out, ",")?,
-            }
-        }
-        Ok(())
+            let (stop, work) = (passage.stop, passage.stats.work);
+            let within = self.solid.field(within);
+            let from = begun.from.map_or(String::new(), |from| from.to_string());
+            let from = self
+                .ignore_start
+                .map_or(String::new(), |_| format!(",{from}"));
+            format!("{lower},{upper},{triangles},{ns},{stop},{work}{within}{from}")
+        })
     }
 }
 

@@ -171,41 +171,37 @@ fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std
         "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound,{MODEL}"
     )?;
     for (i, row) in rows.iter().enumerate() {
-        let Some(Row {
-            outcome,
-            upper_bound,
-            least,
-            predicted,
-            estimate,
-        }) = row
-        else {
+        let Some(row) = row else {
             writeln!(out, "{i},invalid,-1,0,0,error,,0,0,,,,,,,")?;
             continue;
         };
-        let (hit, verdict) = (u8::from(outcome.value.meets()), outcome.value.name());
-        let pairs = match mode {
-            ModeName::Any => -1,
-            ModeName::All => i64::try_from(outcome.stats.found).unwrap_or(i64::MAX),
+        let (outcome, stats, estimate) = (&row.outcome, &row.outcome.stats, &row.estimate);
+        let (pairs, recall) = match mode {
+            ModeName::Any => (-1, String::new()),
+            ModeName::All => (
+                i64::try_from(stats.found).unwrap_or(i64::MAX),
+                format!("{:.4}", estimate.recall),
+            ),
         };
-        let stop = outcome.stop;
-        let stats = &outcome.stats;
-        let recall = match mode {
-            ModeName::Any => String::new(),
-            ModeName::All => format!("{:.4}", estimate.recall),
-        };
-        writeln!(
-            out,
-            "{i},{hit},{pairs},{},{},{verdict},{stop},{},{},{upper_bound},{:.0},{:.0},{:.0},{:.0},{:.4},{recall}",
-            stats.bv_tests,
-            least.as_nanos(),
-            stats.primitive_tests,
-            stats.work,
-            predicted.bv_tests.p50,
-            predicted.bv_tests.p90,
-            predicted.time(&CostModel::default()).p50,
-            estimate.remaining.bv_tests.p50,
-            estimate.probability,
-        )?;
+        let fields = [
+            i.to_string(),
+            u8::from(outcome.value.meets()).to_string(),
+            pairs.to_string(),
+            stats.bv_tests.to_string(),
+            row.least.as_nanos().to_string(),
+            outcome.value.name().to_owned(),
+            outcome.stop.to_string(),
+            stats.primitive_tests.to_string(),
+            stats.work.to_string(),
+            row.upper_bound.to_string(),
+            format!("{:.0}", row.predicted.bv_tests.p50),
+            format!("{:.0}", row.predicted.bv_tests.p90),
+            format!("{:.0}", row.predicted.time(&CostModel::default()).p50),
+            format!("{:.0}", estimate.remaining.bv_tests.p50),
+            format!("{:.4}", estimate.probability),
+            recall,
+        ];
+        writeln!(out, "{}", fields.join(","))?;
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use crate::Completion;
 /// Reproduce the experiments of the paper that the cost model comes from.
 ///
 /// Writes to a folder: index.html, which sets each claim, our measurement and the verdict side by side and needs no other
-/// file; the plots as .svg and .png; and their numbers as .csv. The same options give the same files. Prints a line for
+/// file; the plots as .svg; and their numbers as .csv. The same options give the same files. Prints a line for
 /// each claim.
 #[derive(clap::Args)]
 pub struct Args {

@@ -7,18 +7,18 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use clap::ArgGroup;
 use cpu_time::ProcessTime;
 use punctual::glam::DVec3;
 use punctual::{Budget, Pose};
 use punctual_depenetrate::PenetrationWorkspace;
 use punctual_lab::report::{self, Failure};
+use punctual_lab::statistics::{quantile, sorted};
 use punctual_scene::{Body, BodyId};
 use punctual_view::{Known, Shown};
 
 use crate::Completion;
-use crate::input::{MeshArgs, parse_microseconds, print_source};
-use crate::scene::play::{ClockName, CpuClock};
+use crate::input::{MeshArgs, print_source};
+use crate::scene::play::{CpuClock, FrameArgs};
 use world::{Frame, Pile, SIZE, SKIN, Shape};
 
 /// Let bodies fall into a bin: a small solver of rigid bodies, whose contacts a scene finds within the budget of a frame.
@@ -31,7 +31,6 @@ use world::{Frame, Pile, SIZE, SKIN, Shape};
 /// their number, old ones included; fresh the share of the touching pairs whose manifolds are of this frame; cpu_ns the CPU
 /// time of the detection, and overrun_ns what of it is beyond a budget of time. Lines that begin with # sum up.
 #[derive(clap::Args)]
-#[command(group = ArgGroup::new("budget"))]
 pub struct Args {
     /// Mesh files whose solids fall, in turn; by default a ring, a gear and a knot.
     meshes: Vec<PathBuf>,
@@ -43,18 +42,8 @@ pub struct Args {
     /// Number of frames.
     #[arg(long, value_name = "F", default_value_t = 600)]
     frames: usize,
-    /// Time budget of a frame in microseconds; none without it.
-    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds, allow_negative_numbers = true)]
-    budget_us: Option<Duration>,
-    /// Work budget of a frame in work units; the same lines, but for times, on every run and any number of threads.
-    #[arg(long, value_name = "N", group = "budget", alias = "work")]
-    budget_work: Option<u64>,
-    /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
-    #[arg(long, value_enum, default_value = "wall")]
-    clock: ClockName,
-    /// Threads that share the work, the calling one included.
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
-    threads: u16,
+    #[command(flatten)]
+    frame: FrameArgs,
     /// Write a page that shows the pile in a browser, frame by frame: of a long run every second, third or later frame, 120
     /// at most. It needs no other file and no network.
     #[arg(long, value_name = "FILE")]
@@ -65,14 +54,12 @@ pub struct Args {
 const DEPTHS_EVERY: usize = 60;
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    if args.clock == ClockName::Cpu && args.threads > 1 {
-        return Err("--clock cpu needs --threads 1".into());
-    }
+    args.frame.check()?;
     let start = Instant::now();
     let shapes = args.shapes()?;
     let mut pile = Pile::new(&shapes, args.bodies.into(), SKIN)?;
     print_source(out, start.elapsed())?;
-    pile.scene.use_threads(args.threads.into())?;
+    pile.scene.use_threads(args.frame.threads.into())?;
     let mut play = Play::new(args);
     writeln!(
         out,
@@ -98,14 +85,6 @@ impl Args {
             Ok(shape.map_err(|error| format!("{}: {error}", file.display()))?)
         };
         self.meshes.iter().map(shape).collect()
-    }
-
-    fn budget(&self) -> Budget {
-        match (self.budget_us, self.budget_work) {
-            (Some(limit), _) => Budget::time(limit),
-            (None, Some(limit)) => Budget::work(limit),
-            (None, None) => Budget::unlimited(),
-        }
     }
 }
 
@@ -151,12 +130,9 @@ impl<'a> Play<'a> {
         out: &mut impl Write,
     ) -> Result<(), Failure> {
         pile.place()?;
-        let (budget, taken) = (self.args.budget(), self.clock.taken());
-        let start = ProcessTime::now();
-        match self.args.clock {
-            ClockName::Wall => pile.scene.detect(budget),
-            ClockName::Cpu => pile.scene.detect(budget.clock(&self.clock)),
-        };
+        let budget = self.args.frame.budget().unwrap_or(Budget::unlimited());
+        let (start, taken) = (ProcessTime::now(), self.clock.taken());
+        self.args.frame.detect(&mut pile.scene, budget, &self.clock);
         let cpu = start.elapsed().saturating_sub(self.clock.taken() - taken);
         if self.args.view.is_some()
             && number.is_multiple_of(punctual_view::stride(self.args.frames))
@@ -176,8 +152,8 @@ impl<'a> Play<'a> {
             ..
         } = frame;
         let fresh = fresh as f64 / touching.max(1) as f64;
-        let overrun = self
-            .args
+        let limits = &self.args.frame.limits;
+        let overrun = limits
             .budget_us
             .map_or(Duration::ZERO, |limit| cpu.saturating_sub(limit));
         write!(out, "{number},{},", pile.lost())?;
@@ -194,44 +170,31 @@ impl<'a> Play<'a> {
         Ok(())
     }
 
-    fn sum_up(&mut self, pile: &Pile, out: &mut impl Write) -> io::Result<()> {
-        self.times.sort_unstable();
-        let (speeds, depths, all) = (
-            pile.speeds(),
-            &self.depths,
-            (self.args.frames * usize::from(self.args.bodies)).max(1) as f64,
-        );
-        let percent = |part: usize| 100.0 * part as f64 / all;
+    fn sum_up(&self, pile: &Pile, out: &mut impl Write) -> io::Result<()> {
+        let all = (self.args.frames * usize::from(self.args.bodies)).max(1) as f64;
+        let [held, slowed] = [self.held, self.slowed].map(|part| 100.0 * part as f64 / all);
         writeln!(
             out,
-            "# bodies held, percent: {:.2}; slowed down: {:.2}",
-            percent(self.held),
-            percent(self.slowed)
+            "# bodies held, percent: {held:.2}; slowed down: {slowed:.2}"
         )?;
-        let us = |share| {
-            1e6 * quantile(&self.times, share)
-                .unwrap_or_default()
-                .as_secs_f64()
-        };
+        let times = sorted(self.times.iter().map(|time| 1e6 * time.as_secs_f64()));
+        // Nothing is 0.
+        let at = |sorted: &[f64], share| quantile(sorted, share).max(0.0);
+        let [median, p99, max] = [0.5, 0.99, 1.0].map(|share| at(&times, share));
         writeln!(
             out,
-            "# detection, us: median {:.1}, p99 {:.1}, max {:.1}",
-            us(0.5),
-            us(0.99),
-            us(1.0)
+            "# detection, us: median {median:.1}, p99 {p99:.1}, max {max:.1}"
         )?;
-        let deep = |limit: f64| depths.iter().filter(|depth| **depth > limit).count();
-        let share = |share| quantile(depths, share).unwrap_or(0.0);
+        let (speeds, depths) = (pile.speeds(), &self.depths);
+        let [speed, fastest] = [0.5, 1.0].map(|share| at(&speeds, share));
+        let [deep, deepest] = [0.99, 1.0].map(|share| at(depths, share));
+        let [over_1, over_5] =
+            [0.01, 0.05].map(|limit| depths.iter().filter(|depth| **depth > limit).count());
         writeln!(
             out,
-            "# at the end: speed median {:.4}, max {:.4}; depth max {:.4}, p99 {:.4}, of {} pairs; {} over 1 %, {} over 5 %",
-            quantile(&speeds, 0.5).unwrap_or(0.0),
-            quantile(&speeds, 1.0).unwrap_or(0.0),
-            share(1.0),
-            share(0.99),
+            "# at the end: speed median {speed:.4}, max {fastest:.4}; depth max {deepest:.4}, p99 {deep:.4}, of {} pairs; \
+             {over_1} over 1 %, {over_5} over 5 %",
             depths.len(),
-            deep(0.01),
-            deep(0.05),
         )
     }
 
@@ -301,9 +264,4 @@ impl Shot {
             facts: facts.to_vec(),
         }
     }
-}
-
-fn quantile<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
-    let at = (sorted.len().checked_sub(1)? as f64 * share).round();
-    sorted.get(at as usize).copied()
 }

@@ -63,7 +63,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
                 lines,
                 "# offset: before the first touch, in percent of the box diagonal of the smaller mesh"
             )?;
-            let poses = contact(&mut approach, count, args.inside)?;
+            let poses = contact(&mut approach, count, args.inside, &OFFSETS)?;
             for (i, pose) in poses.iter().enumerate() {
                 let (line, offset) = (i / OFFSETS.len(), OFFSETS[i % OFFSETS.len()]);
                 writeln!(lines, "# approach={line} offset={offset}%")?;

@@ -11,7 +11,7 @@ use punctual_lab::files;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, print_source};
+use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, print_source, yes_or_no};
 
 /// What the rays of a list hit.
 ///
@@ -77,7 +77,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
                 hits = workspace.drain_ray_hits().collect();
                 hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
             }
-            Some(((cast, hits), took))
+            Some(((cast, hits), [took]))
         },
     );
     print_source(out, build)?;
@@ -89,16 +89,15 @@ fn print(out: &mut impl Write, rows: &[Row<Answer>], solid: bool) -> io::Result<
     let name = if solid { ",inside" } else { "" };
     writeln!(out, "ray,triangle,t,side,free_until,ns,stop,work{name}")?;
     for (i, row) in rows.iter().enumerate() {
-        let Some(((cast, hits), least)) = row else {
+        let Some(((cast, hits), [least])) = row else {
             let nothing = if solid { "," } else { "" };
             writeln!(out, "{i},,,,,0,error,0{nothing}")?;
             continue;
         };
-        let inside = match cast.value.starts_inside {
-            _ if !solid => "",
-            Some(true) => ",yes",
-            Some(false) => ",no",
-            None => ",undecided",
+        let inside = if solid {
+            format!(",{}", yes_or_no(cast.value.starts_inside))
+        } else {
+            String::new()
         };
         let rest = format!(
             "{},{},{},{}{inside}",

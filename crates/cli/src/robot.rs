@@ -19,8 +19,8 @@ use punctual_robot::{
 use punctual_view::Obstacle;
 
 use crate::input::{
-    Limits, Row, complain_of_bad_lines, complain_of_open, least_times, parse_size, print_source,
-    progress_style,
+    Limits, Row, complain_of_bad_lines, complain_of_open, least_times, parse_size, print_rows,
+    print_source, progress_style,
 };
 use crate::{Completion, complain};
 
@@ -236,7 +236,7 @@ impl Asked<'_> {
         let mut fault = None;
         let mut repetition = || {
             let mut checker = self.checker.clone();
-            let answers: Result<Vec<(T, Duration)>, RobotError> = if self.args.threads > 1 {
+            let answers: Result<Vec<(T, [Duration; 1])>, RobotError> = if self.args.threads > 1 {
                 let start = Instant::now();
                 let mut answers = Vec::with_capacity(good.len());
                 let asked = good.chunks(ROWS_PER_STEP).try_for_each(|rows| {
@@ -245,11 +245,11 @@ impl Asked<'_> {
                     Ok(())
                 });
                 let each = start.elapsed() / good.len().max(1) as u32;
-                asked.map(|()| answers.into_iter().map(|answer| (answer, each)).collect())
+                asked.map(|()| answers.into_iter().map(|answer| (answer, [each])).collect())
             } else {
                 let timed = |row: &&[f64]| {
                     let start = Instant::now();
-                    let answer = (one(&mut checker, row)?, start.elapsed());
+                    let answer = (one(&mut checker, row)?, [start.elapsed()]);
                     bar.inc(1);
                     Ok(answer)
                 };
@@ -289,25 +289,16 @@ impl Asked<'_> {
             |checker, q| checker.collide(q, self.budget),
             |checker, all| checker.collide_batch(&all.concat(), self.budget, self.threads()),
         )?;
-        writeln!(out, "config,verdict,first_pair,ns,stop,work")?;
-        for (i, row) in answers.iter().enumerate() {
-            let Some((found, least)) = row else {
-                writeln!(out, "{i},,,0,error,0")?;
-                continue;
-            };
+        let header = "config,verdict,first_pair,ns,stop,work";
+        print_rows(out, header, &answers, ",,0,error,0", |found, ns| {
             let (verdict, pair) = match found.value {
                 Collision::Free => ("free", None),
                 Collision::Contact(pair) => ("contact", Some(pair)),
                 Collision::Undecided => ("undecided", None),
             };
             let pair = pair.map_or(String::new(), |pair| self.names(Some(pair)).join("|"));
-            let ns = least.as_nanos();
-            writeln!(
-                out,
-                "{i},{verdict},{pair},{ns},{},{}",
-                found.stop, found.work
-            )?;
-        }
+            format!("{verdict},{pair},{ns},{},{}", found.stop, found.work)
+        })?;
         Ok(())
     }
 
@@ -324,18 +315,14 @@ impl Asked<'_> {
                 checker.clearance_batch(&all.concat(), &options, self.budget, self.threads())
             },
         )?;
-        writeln!(out, "config,low,high,pair_a,pair_b,ns")?;
-        for (i, row) in answers.iter().enumerate() {
-            let Some((found, least)) = row else {
-                writeln!(out, "{i},,,,,0")?;
-                continue;
-            };
+        let header = "config,low,high,pair_a,pair_b,ns";
+        print_rows(out, header, &answers, ",,,,0", |found, ns| {
             let Clearance {
                 low, high, pair, ..
             } = found.value;
             let [a, b] = self.names(pair);
-            writeln!(out, "{i},{low},{high},{a},{b},{}", least.as_nanos())?;
-        }
+            format!("{low},{high},{a},{b},{ns}")
+        })?;
         Ok(())
     }
 
@@ -354,15 +341,8 @@ impl Asked<'_> {
                 checker.edge_batch(&from, &to, &options, self.budget, self.threads())
             },
         )?;
-        writeln!(
-            out,
-            "edge,answer,free_until,touching_at,pair_a,pair_b,ns,work"
-        )?;
-        for (i, row) in answers.iter().enumerate() {
-            let Some((found, least)) = row else {
-                writeln!(out, "{i},error,,,,,0,0")?;
-                continue;
-            };
+        let header = "edge,answer,free_until,touching_at,pair_a,pair_b,ns,work";
+        print_rows(out, header, &answers, "error,,,,,0,0", |found, ns| {
             let Edge {
                 answer,
                 free_until,
@@ -371,13 +351,9 @@ impl Asked<'_> {
                 ..
             } = found.value;
             let at = touching_at.map(|time| time.to_string()).unwrap_or_default();
-            let ([a, b], ns) = (self.names(pair), least.as_nanos());
-            writeln!(
-                out,
-                "{i},{answer},{free_until},{at},{a},{b},{ns},{}",
-                found.work
-            )?;
-        }
+            let ([a, b], work) = (self.names(pair), found.work);
+            format!("{answer},{free_until},{at},{a},{b},{ns},{work}")
+        })?;
         Ok(())
     }
 }

@@ -5,25 +5,22 @@ mod files;
 mod plain;
 pub mod play;
 mod summary;
-mod sweep;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
-use std::time::Duration;
 
-use clap::ArgGroup;
-use punctual::{Budget, Mode};
+use punctual::Mode;
 use punctual_lab::report::{self, Failure};
 use punctual_scene::PairReport;
 use punctual_view::{Frame, Known, Shown, View};
 
 use crate::Completion;
-use crate::input::{MeshArgs, parse_microseconds};
+use crate::input::MeshArgs;
 use crate::pair::ModeName;
 use answers::Questions;
 use files::Recording;
-use play::{ClockName, FrameRow, Settings, play};
+use play::{ClockName, FrameArgs, FrameRow, Settings, play};
 
 /// Play a scene through the detector, frame by frame: a folder of meshes and poses, or a file that Scene::recorded wrote.
 ///
@@ -32,7 +29,6 @@ use play::{ClockName, FrameRow, Settings, play};
 /// of the detection, without the new poses, beyond a time budget. Lines that begin with # sum up; accuracy is there if DIR
 /// has truth_pairs.csv.
 #[derive(clap::Args)]
-#[command(group = ArgGroup::new("budget"))]
 pub struct Args {
     /// Folder with scene.txt, poses.csv and, if there is one, truth_pairs.csv (the last two plain or .gz); or a file of a
     /// scene's calls (plain or .gz), which has its own questions and budgets; its frames take the times of the detection.
@@ -40,22 +36,12 @@ pub struct Args {
     dir: PathBuf,
     #[command(flatten)]
     meshes: MeshArgs,
-    /// Time budget of a frame in microseconds; without it none, or those of FILE.
-    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds, allow_negative_numbers = true)]
-    budget_us: Option<Duration>,
-    /// Work budget of a frame in work units; the same answer on every run and any number of threads.
-    #[arg(long, value_name = "N", group = "budget")]
-    budget_work: Option<u64>,
-    /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
-    #[arg(long, value_enum, default_value = "wall")]
-    clock: ClockName,
+    #[command(flatten)]
+    frame: FrameArgs,
     /// Instead of the scene its simplest rival, with the clock `cpu`: boxes sorted along x, then one query after another. Its
     /// rows count the pairs that it came to.
-    #[arg(long, conflicts_with_all = ["sweep", "view", "pairs_out"])]
+    #[arg(long, conflicts_with_all = ["view", "pairs_out"])]
     plain: bool,
-    /// Threads that share the work, the calling one included.
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
-    threads: u16,
     /// Play only this many frames.
     #[arg(long, value_name = "N", default_value_t = usize::MAX, hide_default_value = true)]
     frames: usize,
@@ -70,12 +56,6 @@ pub struct Args {
     /// Write lines frame,a,b,verdict,probability,age of all pairs whose boxes overlap, by the body numbers of the file.
     #[arg(long, value_name = "FILE")]
     pairs_out: Option<PathBuf>,
-    /// Instead of the frames, a table over time budgets that are parts of the median frame without a budget.
-    #[arg(long, conflicts_with_all = ["budget", "pairs_out", "view", "answers"])]
-    sweep: bool,
-    /// Draw the table of --sweep too: scene.svg and scene.png in this folder, which is made if it does not exist.
-    #[arg(long, value_name = "DIR", requires = "sweep")]
-    plot: Option<PathBuf>,
     /// Write a page that shows the bodies in a browser, frame by frame, in colours that say which meet others: of a long
     /// recording every second, third or later frame, 120 at most. It needs no other file and no network.
     #[arg(long, value_name = "FILE")]
@@ -83,26 +63,21 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    if args.clock == ClockName::Cpu && args.threads > 1 {
-        return Err("--clock cpu needs --threads 1".into());
-    }
+    args.frame.check()?;
     let recording = Recording::load(&args.dir, &args.meshes)?;
-    if args.plain && (args.clock == ClockName::Wall || args.asks() || recording.calls.is_some()) {
+    if args.plain
+        && (args.frame.clock == ClockName::Wall || args.asks() || recording.calls.is_some())
+    {
         return Err(
             "--plain needs a folder and --clock cpu, and asks only which bodies meet".into(),
         );
     }
-    if recording.calls.is_some() && (args.sweep || args.view.is_some() || args.asks()) {
+    if recording.calls.is_some() && (args.view.is_some() || args.asks()) {
         return Err(
-            "a file of calls is played with its own mode and questions, without --sweep and --view"
-                .into(),
+            "a file of calls is played with its own mode and questions, without --view".into(),
         );
     }
     let settings = args.settings();
-    if args.sweep {
-        sweep::run(&recording, &settings, args.plot.as_deref(), out)?;
-        return Ok(Completion::Full);
-    }
     let mut pairs_out = match &args.pairs_out {
         Some(file) => Some(BufWriter::new(File::create(file)?)),
         None => None,
@@ -178,25 +153,16 @@ impl Args {
     }
 
     fn settings(&self) -> Settings<'_> {
-        let budget = match (self.budget_us, self.budget_work) {
-            (Some(limit), _) => Some(Budget::time(limit)),
-            (None, Some(limit)) => Some(Budget::work(limit)),
-            (None, None) => None,
-        };
         let mode = match self.mode {
             ModeName::Any => Mode::Any,
             ModeName::All => Mode::All,
         };
-        let clock = self.clock;
-        let (threads, plays) = (usize::from(self.threads), self.reps);
         Settings {
             mode,
-            budget,
             plain: self.plain,
-            clock,
-            threads,
+            frame: &self.frame,
             frames: self.frames,
-            plays,
+            plays: self.reps,
             questions: &self.questions,
         }
     }

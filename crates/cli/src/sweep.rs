@@ -17,7 +17,7 @@ use crate::{Completion, complain};
 /// `punctual poses A B --contact 84` makes them, and 16 at random. They are written to DIR, as a list for the other commands.
 ///
 /// Every query is compared with the exact truth, which is computed once and kept in DIR/truth. Writes to DIR: index.html,
-/// which needs no other file; its plots as .svg and .png, those of single cases in DIR/cases; overview.svg, the main figures
+/// which needs no other file; its plots as .svg, those of single cases in DIR/cases; overview.svg, the main figures
 /// over time; sweep.csv and distance.csv, tidy tables; summary.json, for `punctual compare`. Figures of work budgets are the
 /// same bits in every run; figures of time are of this machine. Ctrl-C leaves a report of the cases that are finished. Exit
 /// status 1 if an answer or a certificate was wrong, or a budget of work overrun by more than a step.

@@ -16,6 +16,7 @@ use punctual::prediction::Calibration;
 use punctual::{Budget, Mode, Query, Tree, Verdict, Workspace};
 use punctual_lab::files;
 use punctual_lab::report::{Chances, Failure};
+use punctual_lab::traversal::complete;
 
 const PERCENT: [u64; 8] = [1, 2, 5, 10, 20, 30, 50, 70];
 const TAUGHT: usize = 100;
@@ -37,11 +38,7 @@ fn poses(folder: &Path) -> Result<Vec<Pose>, Failure> {
     {
         let query = Query::intersection(&a, &b, pose);
         let all = query.mode(Mode::All);
-        let mut whole = all.run(&mut workspace, Budget::unlimited().clock(&clock));
-        while whole.stop == punctual::StopReason::PairsFull {
-            workspace.drain_pairs().for_each(drop);
-            whole = all.resume(&mut workspace, Budget::unlimited().clock(&clock))?;
-        }
+        let whole = complete(&all, &mut workspace, drop);
         let mut told = [None; PERCENT.len()];
         for (told, percent) in told.iter_mut().zip(PERCENT) {
             let budget = Budget::work(whole.stats.work * percent / 100);

@@ -75,23 +75,13 @@ impl<'t> Approach<'t> {
 
     /// Every turn is as likely as any other.
     pub fn turn(&mut self) -> DMat3 {
-        let [share, first, second] = [(); 3].map(|()| self.fraction());
-        let [(s, c), (t, d)] = [first, second].map(|part| (part * std::f64::consts::TAU).sin_cos());
-        let (near, far) = ((1.0 - share).sqrt(), share.sqrt());
-        DMat3::from_quat(DQuat::from_xyzw(near * s, near * c, far * t, far * d))
+        turn([(); 3].map(|()| self.fraction()))
     }
 
     /// The pose on a line with the middle of B's box so far before the target.
     pub fn at(&self, line: &Line, distance: f64) -> Result<Pose, Failure> {
-        let Line {
-            turn,
-            target,
-            direction,
-        } = *line;
-        Ok(Pose::new(
-            turn,
-            target - turn * middle(self.b.mesh()) + direction * distance,
-        )?)
+        let origin = line.target - line.turn * middle(self.b.mesh());
+        Ok(Pose::new(line.turn, origin + line.direction * distance)?)
     }
 
     /// How far before the target B first touches A when it comes from a distance; none if it passes.
@@ -111,15 +101,24 @@ impl<'t> Approach<'t> {
     }
 }
 
+/// A rotation for each point of the unit cube, all equally dense (K. Shoemake, "Uniform random
+/// rotations", 1992).
+pub fn turn([share, first, second]: [f64; 3]) -> DMat3 {
+    let [(s, c), (t, d)] = [first, second].map(|part| (part * std::f64::consts::TAU).sin_cos());
+    let (near, far) = ((1.0 - share).sqrt(), share.sqrt());
+    DMat3::from_quat(DQuat::from_xyzw(near * s, near * c, far * t, far * d))
+}
+
 fn middle(mesh: &Mesh) -> DVec3 {
-    (mesh.aabb().min + mesh.aabb().max) * 0.5
+    mesh.aabb().center()
 }
 
-fn diagonal(mesh: &Mesh) -> f64 {
-    (mesh.aabb().max - mesh.aabb().min).length()
+/// The diagonal of a mesh's box; 0 without vertices.
+pub fn diagonal(mesh: &Mesh) -> f64 {
+    mesh.aabb().extents().length()
 }
 
-/// Where the poses of [`contact`] lie on a line before the first touch, in percent.
+/// Offsets for [`contact`] with which `punctual poses` and `punctual sweep` make poses.
 pub const OFFSETS: [f64; 7] = [-5.0, -2.0, -0.5, -0.1, 0.1, 0.5, 2.0];
 
 /// Lines in a row that may pass A before the search is given up.
@@ -140,8 +139,18 @@ pub fn random(approach: &mut Approach, count: usize) -> Result<Vec<Pose>, Failur
     (0..count).map(|_| pose()).collect()
 }
 
-/// Poses around the first touch of lines towards A, one for each of [`OFFSETS`] and line.
-pub fn contact(approach: &mut Approach, count: usize, inside: bool) -> Result<Vec<Pose>, Failure> {
+/// Poses around the first touch of lines towards A: one for each line and offset, which is in percent
+/// of the box diagonal of the smaller mesh, before the touch. `inside`: lines begin within the box of A,
+/// where B is free.
+///
+/// # Errors
+/// If B touches A on none of many lines in a row.
+pub fn contact(
+    approach: &mut Approach,
+    count: usize,
+    inside: bool,
+    offsets: &[f64],
+) -> Result<Vec<Pose>, Failure> {
     let (mut poses, mut misses) = (Vec::with_capacity(count), 0);
     while poses.len() < count {
         let line = Line {
@@ -163,7 +172,7 @@ pub fn contact(approach: &mut Approach, count: usize, inside: bool) -> Result<Ve
             continue;
         };
         misses = 0;
-        for offset in OFFSETS.into_iter().take(count - poses.len()) {
+        for offset in offsets.iter().take(count - poses.len()) {
             let distance = touch + 0.01 * offset * approach.unit();
             poses.push(approach.at(&line, distance)?);
         }

@@ -1,7 +1,7 @@
 //! The paper's artificial trees: binary, `n = 2^depth` leaves, every child alpha times its parent along each axis, the two
 //! children of a node in opposite corners of it.
 //!
-//! Nodes are made when they are asked for, so a tree takes no memory. Two dimensions or three: `D`.
+//! Nodes are made when they are asked for, so a tree takes no memory.
 
 use super::traversal::{BinaryNode, Visits};
 pub use punctual::internals::Random;
@@ -18,9 +18,9 @@ pub enum Corners {
 
 /// A tree whose root has extent 1 along every axis. Lengths are in this unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ArtificialTree<const D: usize> {
+pub struct ArtificialTree {
     /// Diminishing factor along each axis, `0..=1`.
-    pub alpha: [f64; D],
+    pub alpha: [f64; 3],
     /// `log2` of the number of leaves.
     pub depth: u32,
     /// Where children lie.
@@ -29,21 +29,21 @@ pub struct ArtificialTree<const D: usize> {
 
 /// A node of an artificial tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ArtificialNode<const D: usize> {
-    center: [f64; D],
-    extent: [f64; D],
-    alpha: [f64; D],
+pub struct ArtificialNode {
+    center: [f64; 3],
+    extent: [f64; 3],
+    alpha: [f64; 3],
     /// Levels below.
     height: u32,
     corners: Corners,
 }
 
-impl<const D: usize> ArtificialTree<D> {
+impl ArtificialTree {
     /// The root, with its centre at the given point.
-    pub fn root_at(&self, center: [f64; D]) -> ArtificialNode<D> {
+    pub fn root_at(&self, center: [f64; 3]) -> ArtificialNode {
         ArtificialNode {
             center,
-            extent: [1.0; D],
+            extent: [1.0; 3],
             alpha: self.alpha,
             height: self.depth,
             corners: self.corners,
@@ -51,28 +51,28 @@ impl<const D: usize> ArtificialTree<D> {
     }
 
     /// What Algorithm 1 visits in this tree and another whose root is at `offset` from the root of this one.
-    pub fn visits(&self, other: &Self, offset: [f64; D]) -> Visits {
-        Visits::count(self.root_at([0.0; D]), other.root_at(offset))
+    pub fn visits(&self, other: &Self, offset: [f64; 3]) -> Visits {
+        Visits::count(self.root_at([0.0; 3]), other.root_at(offset))
     }
 }
 
-impl<const D: usize> ArtificialNode<D> {
+impl ArtificialNode {
     /// Centre of the box.
-    pub fn center(&self) -> [f64; D] {
+    pub fn center(&self) -> [f64; 3] {
         self.center
     }
 
     /// Full extent of the box.
-    pub fn extent(&self) -> [f64; D] {
+    pub fn extent(&self) -> [f64; 3] {
         self.extent
     }
 }
 
-impl<const D: usize> BinaryNode for ArtificialNode<D> {
+impl BinaryNode for ArtificialNode {
     fn overlaps(&self, other: &Self) -> bool {
         // A slack of 1e-12 of the extents: boxes that touch by construction must not part by rounding.
         let reach = |k: usize| (self.extent[k] + other.extent[k]) * (0.5 + 1e-12);
-        (0..D).all(|k| (self.center[k] - other.center[k]).abs() <= reach(k))
+        (0..3).all(|k| (self.center[k] - other.center[k]).abs() <= reach(k))
     }
 
     fn children(&self) -> Option<[Self; 2]> {
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::paper;
 
-    fn tree<const D: usize>(alpha: [f64; D], depth: u32, corners: Corners) -> ArtificialTree<D> {
+    fn tree(alpha: [f64; 3], depth: u32, corners: Corners) -> ArtificialTree {
         ArtificialTree {
             alpha,
             depth,
@@ -122,8 +122,8 @@ mod tests {
         }
     }
 
-    fn level<const D: usize>(tree: &ArtificialTree<D>, level: u32) -> Vec<ArtificialNode<D>> {
-        let mut nodes = vec![tree.root_at([0.0; D])];
+    fn level(tree: &ArtificialTree, level: u32) -> Vec<ArtificialNode> {
+        let mut nodes = vec![tree.root_at([0.0; 3])];
         for _ in 0..level {
             nodes = nodes
                 .iter()
@@ -141,7 +141,7 @@ mod tests {
                 let [first, second] = parent.children().unwrap();
                 for k in 0..3 {
                     assert_eq!(first.extent[k], parent.extent[k] * tree.alpha[k]);
-                    let border = |child: &ArtificialNode<3>, side: f64| {
+                    let border = |child: &ArtificialNode, side: f64| {
                         child.center[k] + side * child.extent[k]
                             - parent.center[k]
                             - side * parent.extent[k]
@@ -186,9 +186,9 @@ mod tests {
             [1, 4, 16, 64, 256, 1024]
         );
         assert_eq!(flat.visits(&flat, [1.01, 0.0, 0.0]).bv_tests, 1);
-        // Points in the corners of a square: only the two pairs of equal corners meet.
-        let points = tree([0.0; 2], 1, Corners::Fixed);
-        assert_eq!(points.visits(&points, [0.0; 2]).overlapping, [1, 2]);
+        // Points in the corners of a cube: only the two pairs of equal corners meet.
+        let points = tree([0.0; 3], 1, Corners::Fixed);
+        assert_eq!(points.visits(&points, [0.0; 3]).overlapping, [1, 2]);
     }
 
     #[test]

@@ -14,6 +14,8 @@
 //!
 //! The mean of `f_l` over `-1 < x < 1` is `alpha^l`, which gives the paper's Eq 11 back.
 
+use crate::paper;
+
 /// The probability `f_l(x; alpha)` that boxes of level `level` meet along an axis, by the recursion as it stands.
 ///
 /// `O(3^level)` in the worst case, `alpha` near 1: for tests and experiments. [`AxisTable`] is for the rest.
@@ -30,6 +32,15 @@ pub fn overlap_probability(alpha: f64, level: u32, x: f64) -> f64 {
         );
         0.25 * below(x - step) + 0.5 * below(x) + 0.25 * below(x + step)
     }
+}
+
+/// `N_v` of artificial trees whose roots overlap by `delta` along x, the exact mean over lateral offsets and random corners,
+/// level by level.
+pub fn exact_visits(alpha: [f64; 3], delta: f64, depth: u32) -> f64 {
+    let lateral = alpha[1] * alpha[2];
+    let probability =
+        |l: u32| overlap_probability(alpha[0], l, 1.0 - delta) * lateral.powi(l as i32);
+    (0..=depth).map(|l| paper::eq1(l, probability(l))).sum()
 }
 
 /// `f_l(x; alpha)` for all levels up to a depth and one alpha, on a grid of `x`.
@@ -97,73 +108,6 @@ impl AxisTable {
     }
 }
 
-/// The delta-alpha table that section 5 of the paper proposes: an [`AxisTable`] for each alpha of a grid, interpolated.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DeltaTable {
-    axes: Vec<AxisTable>,
-    depth: u32,
-}
-
-impl DeltaTable {
-    /// Smallest alpha of the grid; below it, the table answers for this one.
-    pub const LEAST_ALPHA: f64 = 0.2;
-    const ALPHAS: usize = 33;
-    const CELLS: usize = 64;
-
-    /// Tabulates levels `0..=depth` for alphas from [`Self::LEAST_ALPHA`] to 1: `(depth + 1) * 17160` bytes.
-    pub fn new(depth: u32) -> Self {
-        let alpha = |i: usize| {
-            Self::LEAST_ALPHA + (1.0 - Self::LEAST_ALPHA) * i as f64 / (Self::ALPHAS - 1) as f64
-        };
-        Self {
-            axes: (0..Self::ALPHAS)
-                .map(|i| AxisTable::new(alpha(i), depth, Self::CELLS))
-                .collect(),
-            depth,
-        }
-    }
-
-    /// Expected overlapping pairs of levels `0..=depth`, `4^l prod_k f_l(x_k; alpha_k)`, where the centres of the roots are
-    /// `x_k` extents apart along axis `k` (the mean of both extents); 0 where they do not meet. An axis whose `x` is
-    /// `None` counts with its mean over all `x` at which the roots meet, `alpha_k^l`.
-    ///
-    /// Levels beyond the depth of the table are not known: `depth` is cut to it.
-    pub fn overlapping_pairs<const D: usize>(
-        &self,
-        alpha: [f64; D],
-        x: [Option<f64>; D],
-        depth: u32,
-    ) -> impl Iterator<Item = f64> + use<'_, D> {
-        let alpha = alpha.map(|alpha| alpha.clamp(Self::LEAST_ALPHA, 1.0));
-        (0..=depth.min(self.depth) as usize).map(move |level| {
-            let axis = |k: usize| match x[k] {
-                Some(x) => self.overlap_probability(alpha[k], level, x),
-                None => libm::pow(alpha[k], level as f64),
-            };
-            (0..D).map(axis).product::<f64>() * libm::exp2(2.0 * level as f64)
-        })
-    }
-
-    /// `N_v` of two trees of this depth whose roots overlap by `delta` along x, the mean over all lateral offsets.
-    pub fn visits_at_delta(&self, alpha: [f64; 3], delta: f64, depth: u32) -> f64 {
-        self.overlapping_pairs(alpha, [Some(1.0 - delta), None, None], depth)
-            .sum()
-    }
-
-    /// Interpolates `f_l / alpha^l` between two alphas of the grid.
-    fn overlap_probability(&self, alpha: f64, level: usize, x: f64) -> f64 {
-        let steps = (Self::ALPHAS - 1) as f64;
-        let place = (alpha - Self::LEAST_ALPHA) / (1.0 - Self::LEAST_ALPHA) * steps;
-        let below = (place as usize).min(Self::ALPHAS - 2);
-        let relative = |i: usize| {
-            let grid = Self::LEAST_ALPHA + (1.0 - Self::LEAST_ALPHA) * i as f64 / steps;
-            self.axes[i].overlap_probability(level, x) * libm::pow(alpha / grid, level as f64)
-        };
-        let weight = place - below as f64;
-        relative(below) * (1.0 - weight) + relative(below + 1) * weight
-    }
-}
-
 /// The odd function with the given values at equal steps from 0 to 1, constant beyond.
 fn interpolate(values: &[f64], x: f64) -> f64 {
     let last = values.len() - 1;
@@ -178,7 +122,6 @@ fn interpolate(values: &[f64], x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::artificial::{ArtificialTree, Corners, Random};
-    use crate::paper;
 
     #[test]
     fn small_cases_by_hand() {
@@ -273,8 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn artificial_trees_visit_what_the_table_says() {
-        let table = DeltaTable::new(9);
+    fn artificial_trees_visit_what_the_recursion_says() {
         let mut random = Random::new(11);
         for (alpha, delta) in [
             ([0.83, 0.76, 0.91], 0.33),
@@ -294,40 +236,11 @@ mod tests {
                 total += a.visits(&b, [1.0 - delta, y, z]).total();
             }
             let mean = total as f64 / f64::from(runs);
-            let exact: f64 = (0..=9)
-                .map(|l| {
-                    paper::eq1(
-                        l,
-                        overlap_probability(alpha[0], l, 1.0 - delta)
-                            * (alpha[1] * alpha[2]).powi(l as i32),
-                    )
-                })
-                .sum();
-            let tabled = table.visits_at_delta(alpha, delta, 9);
+            let exact = exact_visits(alpha, delta, 9);
             assert!(
                 (mean / exact - 1.0).abs() < 0.08,
                 "{alpha:?} {delta}: {mean} is not {exact}"
             );
-            assert!(
-                (tabled / exact - 1.0).abs() < 0.08,
-                "{alpha:?} {delta}: {tabled} is not {exact}"
-            );
-        }
-    }
-
-    #[test]
-    fn odd_arguments_give_finite_numbers() {
-        let table = DeltaTable::new(3);
-        for alpha in [0.0, 0.1, 1.0, 2.0] {
-            for x in [-2.0, -1.0, 0.0, 1.0, 2.0] {
-                let pairs: f64 = table
-                    .overlapping_pairs([alpha; 2], [Some(x), None], 9)
-                    .sum();
-                assert!(
-                    pairs.is_finite() && pairs >= 0.0 && (pairs > 0.0) == (x.abs() <= 1.0),
-                    "{alpha} {x}: {pairs}"
-                );
-            }
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The experiments of Weller, Klein and Zachmann (2006) again, and the step beyond them.
 
-mod delta;
 mod equation11;
 mod figure4;
 mod figure5;
@@ -17,7 +16,8 @@ use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::report::{self, Block, Draw, Failure, Lead, Page, Picture, Section};
+use crate::fit::PowerLaw;
+use crate::report::{self, Block, Draw, Failure, Lead, Page, Section};
 use ladder::Ladder;
 use sample::Effort;
 
@@ -63,13 +63,19 @@ impl Lab<'_> {
 
     /// Writes a plot and returns it for the page.
     fn plot(&self, name: &str, drawing: &impl Draw) -> Result<Block, Failure> {
-        let picture = Picture::render(drawing)?;
-        picture.write(self.folder, name)?;
-        Ok(Block::from(&picture))
+        report::plot(self.folder, name, drawing)
     }
 
-    fn csv(&self, name: &str, header: &str, rows: &[Vec<String>]) -> Result<(), Failure> {
-        report::write_csv(self.folder, name, header, rows)
+    /// Writes a table of numbers.
+    fn csv<const N: usize>(
+        &self,
+        name: &str,
+        header: &str,
+        rows: impl IntoIterator<Item = [f64; N]>,
+    ) -> Result<(), Failure> {
+        let row = |row: [f64; N]| row.map(|x| x.to_string()).to_vec();
+        let rows: Vec<_> = rows.into_iter().map(row).collect();
+        report::write_csv(self.folder, name, header, &rows)
     }
 
     /// Computes `run` of all items on all cores; results in the order of the items.
@@ -83,10 +89,20 @@ impl Lab<'_> {
     }
 }
 
+/// Leaves of a binary tree.
+fn leaves(depth: u32) -> f64 {
+    f64::from(depth).exp2()
+}
+
+/// The exponent of the power law through the last of some points.
+fn exponent(points: &[[f64; 2]], last: usize) -> f64 {
+    PowerLaw::fit(&points[points.len() - last..]).map_or(f64::NAN, |law| law.exponent())
+}
+
 /// Measures every claim of the paper, writes the report, and prints a line for each claim.
 ///
 /// The report is `index.html`, which sets each claim, what was measured and the verdict side by side and needs no other
-/// file; its plots as `.svg` and `.png`, and their numbers as `.csv`. The same settings give the same files.
+/// file; its plots as `.svg`, and their numbers as `.csv`. The same settings give the same files.
 ///
 /// # Errors
 /// If a mesh cannot be read or a file cannot be written; the message names it.
@@ -120,8 +136,6 @@ pub fn run(settings: &Settings<'_>, out: &mut impl Write) -> Result<(), Failure>
         experiment("Figure 6", &|| figure6::run(&lab))?,
         experiment("Figure 7", &|| figure7::run(&lab))?,
         experiment("spread", &|| spread::run(&lab))?,
-        experiment("delta", &|| delta::on_artificial_trees(&lab))?,
-        experiment("meshes", &|| delta::on_meshes(&lab, &ladders))?,
     ];
     lab.progress.finish_and_clear();
     let page = page(sections, quick);

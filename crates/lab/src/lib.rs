@@ -2,15 +2,13 @@
 //!
 //! The model is that of R. Weller, J. Klein, G. Zachmann, "A Model for the Expected Running Time of Collision Detection
 //! using AABB Trees" (EGVE 2006): boxes shrink by a factor alpha from one level of a binary tree to the next, and the
-//! number of box pairs that overlap on each level follows. [`paper`] has its equations by number, [`artificial`] the trees
+//! number of box pairs that overlap on each level follows. [`paper`] has its equations, [`artificial`] the trees
 //! on which it was tried, [`traversal`] its Algorithm 1. The rest goes on from there:
 //!
 //! | what is known of the query | expected BV tests |
 //! |---|---|
 //! | alpha | [`paper::eq11`] |
-//! | all boxes, no placement | [`moments`], exact |
 //! | alpha and the offset of the roots | [`delta`], exact for artificial trees |
-//! | a profile of each level and the offset | [`offset`] |
 //!
 //! What the engine of [`punctual`] predicts with comes from here too: [`constants`] fits the constants of its model, by
 //! [`regression`], and writes them as Rust source. [`experiments`] measures the claims of the paper; [`fit`] tells how
@@ -29,8 +27,6 @@ pub mod experiments;
 pub mod files;
 pub mod fit;
 pub mod machine;
-pub mod moments;
-pub mod offset;
 pub mod paper;
 pub mod regression;
 pub mod report;

@@ -47,7 +47,8 @@ fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64
     w
 }
 
-fn dot<const N: usize>(w: &[f64; N], x: &[f64; N]) -> f64 {
+/// `w . x`
+pub fn dot(w: &[f64], x: &[f64]) -> f64 {
     w.iter().zip(x).map(|(w, x)| w * x).sum()
 }
 
@@ -121,7 +122,7 @@ mod tests {
         for p in [0.1, 0.5, 0.9] {
             let w = quantile(&x, &y, p, 1e-3);
             close(w, [TRUE[0] + p, TRUE[1], TRUE[2] + p], 0.1);
-            let below = x.iter().zip(&y).filter(|(x, y)| **y < dot(&w, x)).count();
+            let below = x.iter().zip(&y).filter(|(x, y)| **y < dot(&w, *x)).count();
             assert!((below as f64 / 4000.0 - p).abs() < 0.01, "{p}: {below}");
         }
     }

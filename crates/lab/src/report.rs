@@ -1,6 +1,4 @@
-//! What experiments leave behind: plots as SVG and PNG, CSV files, and one HTML page that needs nothing else.
-//!
-//! Text in plots is set in a font that comes with the program, so that a machine without fonts draws the same pictures.
+//! What experiments leave behind: plots as SVG, CSV files, and one HTML page that needs nothing else.
 
 mod axis;
 mod chances;
@@ -19,93 +17,24 @@ pub use page::{Block, Lead, Page, Section, Table, Verdict};
 use std::error::Error;
 use std::fs;
 use std::path::Path;
-use std::sync::Once;
 
-use plotters::coord::Shift;
-use plotters::prelude::{BitMapBackend, DrawingArea, DrawingBackend, IntoDrawingArea, SVGBackend};
-use plotters::style::{FontStyle, register_font};
-
-/// Why something could not be read, drawn or written, in words that name the file.
+/// Why something could not be read or written, in words that name the file.
 pub type Failure = Box<dyn Error>;
 
-/// Pixels a unit: SVG coordinates of the plotting crate are whole numbers, so pictures are drawn large and shown small.
-const PIXELS: u32 = 2;
-const FONT: &str = "sans-serif";
-
-/// Something that can be drawn. `E` is the trouble that a canvas makes.
+/// Something that can be drawn.
 pub trait Draw {
-    /// Width and height in units; a page shows a unit as a pixel.
-    fn size(&self) -> (u32, u32);
-
-    /// Draws it on a canvas of two pixels a unit.
-    ///
-    /// # Errors
-    /// Those of the canvas.
-    fn draw<DB: DrawingBackend<ErrorType: 'static>>(
-        &self,
-        canvas: &DrawingArea<DB, Shift>,
-    ) -> Result<(), Failure>;
-}
-
-/// A drawing, rendered.
-pub struct Picture {
     /// A whole `<svg>` element, light or dark as the reader prefers.
-    pub svg: String,
-    png: Vec<u8>,
+    fn svg(&self) -> String;
 }
 
-impl Picture {
-    /// Draws it as SVG, and as PNG, which is always light.
-    ///
-    /// # Errors
-    /// If the plotting crate cannot draw it.
-    pub fn render(drawing: &impl Draw) -> Result<Self, Failure> {
-        static REGISTER: Once = Once::new();
-        REGISTER.call_once(|| {
-            // Refused only if the font were damaged; text then fails to draw, with an error of its own.
-            let _ = register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
-        });
-        let (width, height) = drawing.size();
-        let (width, height) = (width * PIXELS, height * PIXELS);
-        let mut svg = String::new();
-        let canvas = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
-        paint(drawing, &canvas)?;
-        drop(canvas);
-        let mut pixels = vec![0; 3 * (width * height) as usize];
-        let canvas = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
-        paint(drawing, &canvas)?;
-        drop(canvas);
-        Ok(Self {
-            svg: palette::with_dark_mode(&svg),
-            png: encode(&pixels, width, height)?,
-        })
-    }
-
-    /// Writes `NAME.svg` and `NAME.png`.
-    pub fn write(&self, folder: &Path, name: &str) -> Result<(), Failure> {
-        write(&folder.join(format!("{name}.svg")), &self.svg)?;
-        write(&folder.join(format!("{name}.png")), &self.png)
-    }
-}
-
-fn paint<DB: DrawingBackend<ErrorType: 'static>>(
-    drawing: &impl Draw,
-    canvas: &DrawingArea<DB, Shift>,
-) -> Result<(), Failure> {
-    canvas.fill(&palette::PAPER.light)?;
-    drawing.draw(canvas)?;
-    Ok(canvas.present()?)
-}
-
-fn encode(pixels: &[u8], width: u32, height: u32) -> Result<Vec<u8>, Failure> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::High);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels)?;
-    writer.finish()?;
-    Ok(bytes)
+/// Writes a drawing as `NAME.svg`, and returns it for a page.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn plot(folder: &Path, name: &str, drawing: &impl Draw) -> Result<Block, Failure> {
+    let svg = drawing.svg();
+    write(&folder.join(format!("{name}.svg")), &svg)?;
+    Ok(Block::Picture(svg))
 }
 
 /// Makes the folder that a report goes to.
@@ -151,9 +80,19 @@ pub fn short(value: f64) -> String {
     }
 }
 
+/// A number for machines, with as many decimals at the most; empty where there is none.
+pub fn cell(value: f64, decimals: usize) -> String {
+    if value.is_nan() {
+        return String::new();
+    }
+    let text = format!("{value:.decimals$}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     fn shapes() -> Vec<Series> {
         let points = vec![
@@ -181,24 +120,12 @@ mod tests {
     }
 
     fn assert_drawn(drawing: &impl Draw, words: &[&str]) {
-        let picture = Picture::render(drawing).unwrap();
-        assert!(picture.svg.contains("<svg") && picture.svg.trim_end().ends_with("</svg>"));
+        let svg = drawing.svg();
+        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
         for word in words {
-            assert!(picture.svg.contains(word), "no {word}");
+            assert!(svg.contains(word), "no {word}");
         }
-        let mut reader = png::Decoder::new(std::io::Cursor::new(&picture.png))
-            .read_info()
-            .unwrap();
-        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-        reader.next_frame(&mut pixels).unwrap();
-        // The title stands alone in the uppermost 36 units.
-        let title = &pixels[..(3 * 36 * PIXELS * drawing.size().0 * PIXELS) as usize];
-        let dark = title
-            .chunks(3)
-            .filter(|p| p.iter().all(|&c| c < 120))
-            .count();
-        assert!(dark > 100, "text must show: {dark} dark pixels");
-        assert_eq!(picture.png, Picture::render(drawing).unwrap().png);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 
     #[test]
@@ -216,7 +143,13 @@ mod tests {
             };
             assert_drawn(
                 &chart,
-                &["along", "series 5", "polygon", "circle", "polyline"],
+                &[
+                    "along",
+                    "All &lt;shapes&gt;",
+                    "series 5",
+                    "circle",
+                    "polyline",
+                ],
             );
         }
         let nothing = Chart {
@@ -230,43 +163,45 @@ mod tests {
 
     #[test]
     fn each_colour_of_a_chart_has_a_dark_counterpart() {
-        let (x, y) = (Axis::linear("x"), Axis::log("y"));
-        let svg = Picture::render(&Chart {
+        let svg = Chart {
             title: "Dark".into(),
-            x,
-            y,
+            x: Axis::linear("x"),
+            y: Axis::log("y"),
             series: shapes(),
-        })
-        .unwrap()
-        .svg;
+        }
+        .svg();
         let (style, drawn) = svg.split_once("</style>").unwrap();
-        assert!(style.contains("prefers-color-scheme:dark"));
-        let mut colors: Vec<&str> = drawn
-            .split('"')
-            .filter(|text| text.starts_with('#'))
+        let (light, dark) = style
+            .split_once("@media(prefers-color-scheme:dark)")
+            .unwrap();
+        let classes = drawn.split("class=\"").skip(1);
+        let colors: BTreeSet<&str> = classes
+            .map(|rest| rest.split([' ', '"']).next().unwrap())
             .collect();
-        colors.sort_unstable();
-        colors.dedup();
         assert!(colors.len() > 6);
         for color in colors {
-            assert!(style.contains(&format!("[fill=\"{color}\"]")), "{color}");
+            let rule = format!(".{color}{{color:#");
+            assert!(light.contains(&rule) && dark.contains(&rule), "{color}");
         }
     }
 
     #[test]
     fn long_titles_are_wrapped() {
-        let chart = |title: &str| Chart {
-            title: title.into(),
-            x: Axis::linear(""),
-            y: Axis::linear(""),
-            series: vec![],
+        let lines = |title: &str| {
+            let chart = Chart {
+                title: title.into(),
+                x: Axis::linear(""),
+                y: Axis::linear(""),
+                series: vec![],
+            };
+            let svg = chart.svg();
+            (
+                svg.matches("ink title").count(),
+                svg.matches("many").count(),
+            )
         };
-        let [short, long] = [chart("Short"), chart(&"many words ".repeat(9))];
-        assert!(long.size().1 > short.size().1);
-        assert_eq!(
-            Picture::render(&long).unwrap().svg.matches("many").count(),
-            9
-        );
+        assert_eq!(lines("Short").0, 1);
+        assert_eq!(lines(&"many words ".repeat(9)), (2, 9));
     }
 
     #[test]
@@ -331,6 +266,13 @@ mod tests {
             (2, 1)
         );
         assert!(!html.contains("<?xml") && !html.contains("<script") && !html.contains("http"));
+    }
+
+    #[test]
+    fn numbers_in_tables() {
+        let values = [f64::NAN, 0.5, 2.0, 1.0 / 3.0, f64::INFINITY];
+        let texts = ["", "0.5", "2", "0.333", "inf"];
+        assert_eq!(values.map(|value| cell(value, 3)), texts);
     }
 
     #[test]

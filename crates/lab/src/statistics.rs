@@ -6,6 +6,13 @@ pub fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
+/// Least and largest.
+pub fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::MAX, f64::MIN], |[low, high], x| {
+        [low.min(x), high.max(x)]
+    })
+}
+
 /// The value below which this fraction of the sorted values lies; NaN without any.
 pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);

@@ -25,16 +25,16 @@ use crate::machine;
 use crate::report::{self, Failure};
 use indicatif::{ProgressBar, ProgressStyle};
 use punctual_io::Format;
-use serde_json::{Value, json};
+use serde_json::{Map, json};
 
 use case::Case;
 use contender::{DEFAULT, DEPTH_FIRST, ORACLE};
-use distance::summary::{GOALS, reached_over_cases};
-use measure::Measured;
+use distance::Truths;
+use measure::{Asked, Measured};
 use page::{counted, decimals};
 use plan::plan;
 pub use plan::{Plan, others};
-use summary::{Measurement, Stratum};
+use summary::{GOALS, Measurement, Stratum, reached_over_cases};
 
 /// What to sweep, and where the report goes.
 pub struct Settings<'s> {
@@ -153,51 +153,58 @@ fn measure(
         &args.folder.join("truth").join(format!("{}.csv", case.name)),
     )?;
     let (round_count, most) = effort(args.quick);
-    let distance = distance::case(case, &truth, round_count, most);
-    let mut measurement = Measurement {
+    let mut work = Measured::default();
+    let distances = Truths::new(case, &truth, &mut work);
+    distances.work(&mut work);
+    let rounds = 0..round_count;
+    let mut rounds: Vec<_> = rounds.map(|_| distances.round(most, &mut work)).collect();
+    if args.distance_only {
+        if !progress.at(STEPS) {
+            return Ok(None);
+        }
+    } else {
+        let poses = truth.len() as u64;
+        let mut done = 0;
+        let is_whole = measure::case(case, &truth, &mut work, || {
+            done += 1;
+            progress.at(WORK_STEPS * done / poses)
+        });
+        let step = truth.len().div_ceil(most).max(1);
+        let timed: Vec<usize> = (0..truth.len()).step_by(step).collect();
+        let passes = round_count * 2 * plan().contenders().count() as u64;
+        let mut done = 0;
+        let mut timed = |round| {
+            punctuality::round(case, &truth, &timed, round, || {
+                done += 1;
+                progress.at(WORK_STEPS + (STEPS - WORK_STEPS) * done / passes)
+            })
+        };
+        if !is_whole || !rounds.iter_mut().all(&mut timed) {
+            return Ok(None);
+        }
+    }
+    let strata = case.poses.iter().zip(&truth);
+    Ok(Some(Measurement {
         name: case.name.clone(),
         triangles: [case.a.mesh().len(), case.b.mesh().len()],
-        strata: case
-            .poses
-            .iter()
-            .zip(&truth)
+        strata: strata
             .map(|(pose, truth)| Stratum::of(case, pose, truth))
             .collect(),
-        work: Measured::default(),
-        rounds: Vec::new(),
-        distance,
+        work,
+        rounds,
         peers: BTreeMap::new(),
-    };
-    if args.distance_only {
-        return Ok(progress.at(STEPS).then_some(measurement));
-    }
-    let poses = truth.len() as u64;
-    let mut done = 0;
-    let work = measure::case(case, &truth, || {
-        done += 1;
-        progress.at(WORK_STEPS * done / poses)
-    });
-    let Some(work) = work else { return Ok(None) };
-    measurement.work = work;
-    let timed: Vec<usize> = (0..truth.len())
-        .step_by(truth.len().div_ceil(most).max(1))
-        .collect();
-    let passes = round_count * 2 * plan().contenders().count() as u64;
-    let mut done = 0;
-    for _ in 0..round_count {
-        let round = punctuality::round(case, &truth, &timed, || {
-            done += 1;
-            progress.at(WORK_STEPS + (STEPS - WORK_STEPS) * done / passes)
-        });
-        let Some(round) = round else { return Ok(None) };
-        measurement.rounds.push(round);
-    }
-    Ok(Some(measurement))
+    }))
 }
 
 /// Rounds of queries with budgets of time, and the poses of a case in them.
 fn effort(quick: bool) -> (u64, usize) {
     if quick { (2, 12) } else { (5, 100) }
+}
+
+/// Wrong answers under budgets of time.
+fn wrong_in_time(cases: &[Measurement]) -> usize {
+    let rounds = cases.iter().flat_map(|case| &case.rounds);
+    rounds.map(|round| round.wrong).sum()
 }
 
 /// Names what a guarantee was broken by; whether anything did.
@@ -206,11 +213,7 @@ fn complain_of_wrong(cases: &[Measurement], complain: &dyn Fn(&dyn Display)) -> 
         .iter()
         .flat_map(Measurement::complaints)
         .for_each(|what| complain(what));
-    let in_time: usize = cases
-        .iter()
-        .flat_map(|case| &case.rounds)
-        .map(|round| round.wrong)
-        .sum();
+    let in_time = wrong_in_time(cases);
     if in_time > 0 {
         complain(&format!("{in_time} wrong answers under budgets of time"));
     }
@@ -235,29 +238,21 @@ fn write_report(
     let machine = machine::describe();
     let table: Vec<_> = cases.iter().flat_map(summary::table).collect();
     report::write_csv(args.folder, "sweep", summary::HEADER, &table)?;
-    let table: Vec<_> = cases.iter().flat_map(distance::summary::table).collect();
-    report::write_csv(args.folder, "distance", distance::summary::HEADER, &table)?;
+    let table: Vec<_> = cases.iter().flat_map(summary::distance_table).collect();
+    report::write_csv(args.folder, "distance", summary::DISTANCE_HEADER, &table)?;
 
-    let number = |value: f64| {
-        if value.is_finite() {
-            json!(value)
-        } else {
-            Value::Null
-        }
-    };
+    // What is not a number is null.
     let work = summary::work_figures(cases);
     let time = summary::time_figures(cases).into_iter();
-    let time = time.map(|(name, f)| {
-        (
-            name,
-            json!({ "value": number(f.value), "noise": number(f.noise) }),
-        )
-    });
+    let time = time.map(|(name, f)| (name, json!({ "value": f.value, "noise": f.noise })));
+    let names = cases
+        .iter()
+        .map(|case| format!("{}, {}", case.name, counted(case.strata.len(), "pose")));
     let summary = json!({
         "machine": machine,
-        "cases": cases.iter().map(|case| format!("{}, {}", case.name, counted(case.strata.len(), "pose"))).collect::<Vec<_>>(),
-        "work": work.iter().map(|(name, value)| (name.clone(), number(*value))).collect::<serde_json::Map<_, _>>(),
-        "time": time.collect::<serde_json::Map<_, _>>(),
+        "cases": names.collect::<Vec<_>>(),
+        "work": work,
+        "time": time.collect::<Map<_, _>>(),
     });
     report::write(
         &args.folder.join("summary.json"),
@@ -266,12 +261,11 @@ fn write_report(
 
     let page = page::page(cases, args.folder, intro(cases, total, args, &machine))?;
     report::write(&args.folder.join("index.html"), page.html())?;
-    let figure = |name: String| work.get(&name).copied().unwrap_or(f64::NAN);
     if !args.distance_only {
         tell_of_intersections(cases, &work, out)?;
     }
-    if cases.iter().any(|case| !case.distance.runs.is_empty()) {
-        for (goal, name) in GOALS {
+    if cases.iter().any(|case| case.has(Asked::Distance)) {
+        for (goal, (name, _)) in GOALS.into_iter().enumerate() {
             let [ours, plain, told] =
                 distance::ORDERS.map(|order| reached_over_cases(cases, order, goal).0);
             writeln!(
@@ -285,21 +279,12 @@ fn write_report(
             "the meshes meet at every pose: no distance was measured"
         )?;
     }
-    let in_time: usize = cases
-        .iter()
-        .flat_map(|case| &case.rounds)
-        .map(|round| round.wrong)
-        .sum();
     writeln!(
         out,
         "wrong: {}",
-        figure("wrong".to_owned()) + in_time as f64
+        work["wrong"] + wrong_in_time(cases) as f64
     )?;
-    writeln!(
-        out,
-        "false certificates: {}",
-        figure("false certificates".to_owned())
-    )?;
+    writeln!(out, "false certificates: {}", work["false certificates"])?;
     writeln!(out, "{}", args.folder.join("index.html").display())?;
     Ok(())
 }

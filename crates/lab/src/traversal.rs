@@ -3,6 +3,11 @@
 //! `traverse(A, B)`: no overlap, return; both leaves, test the primitives; else all pairs of children. This counts for the
 //! model's sake, on any binary tree of boxes; queries have a loop of their own ([`punctual::Query`]).
 
+use std::slice::from_ref;
+
+use punctual::intersection::Intersection;
+use punctual::{Answer, Budget, PairMemory, Query, StopReason, Verdict, Workspace};
+
 /// A node of a binary tree of boxes, placed in space.
 pub trait BinaryNode: Copy {
     /// Whether the boxes share a point.
@@ -45,20 +50,52 @@ impl Visits {
             self.overlapping.push(0);
         }
         self.overlapping[level] += 1;
-        match (a.children(), b.children()) {
-            (None, None) => self.leaf_pairs += 1,
-            (None, Some(of_b)) => of_b
-                .into_iter()
-                .for_each(|b| self.traverse(a, b, level + 1)),
-            (Some(of_a), None) => of_a
-                .into_iter()
-                .for_each(|a| self.traverse(a, b, level + 1)),
-            (Some(of_a), Some(of_b)) => {
-                of_a.into_iter().for_each(|a| {
-                    of_b.into_iter()
-                        .for_each(|b| self.traverse(a, b, level + 1))
-                });
+        let (of_a, of_b) = (a.children(), b.children());
+        if of_a.is_none() && of_b.is_none() {
+            self.leaf_pairs += 1;
+            return;
+        }
+        for &a in of_a.as_ref().map_or(from_ref(&a), |of_a| of_a) {
+            for &b in of_b.as_ref().map_or(from_ref(&b), |of_b| of_b) {
+                self.traverse(a, b, level + 1);
             }
+        }
+    }
+}
+
+/// A whole query of the library; `report` is told its pairs.
+pub fn complete(
+    query: &Query<Intersection>,
+    workspace: &mut Workspace,
+    report: impl FnMut([u32; 2]),
+) -> Answer<Verdict> {
+    let outcome = query.run(workspace, Budget::unlimited());
+    advance(query, workspace, None, outcome, None, report)
+}
+
+/// Goes on with a query of the library until it has done work up to a limit, if there is one, however
+/// often the pair buffer fills.
+pub fn advance(
+    query: &Query<Intersection>,
+    workspace: &mut Workspace,
+    mut memory: Option<&mut PairMemory>,
+    mut outcome: Answer<Verdict>,
+    limit: Option<u64>,
+    mut report: impl FnMut([u32; 2]),
+) -> Answer<Verdict> {
+    workspace.drain_pairs().for_each(&mut report);
+    loop {
+        let budget = limit.map_or(Budget::unlimited(), |limit| {
+            Budget::work(limit.saturating_sub(outcome.stats.work))
+        });
+        let begun = query.with_memory(memory.as_deref_mut());
+        let Ok(next) = begun.resume(workspace, budget) else {
+            return outcome;
+        };
+        outcome = next;
+        workspace.drain_pairs().for_each(&mut report);
+        if outcome.stop != StopReason::PairsFull {
+            return outcome;
         }
     }
 }

@@ -6,17 +6,13 @@ use std::io::{self, BufWriter, Write};
 use std::ops::Add;
 use std::path::{Path, PathBuf};
 
-use punctual::glam::DVec3;
-use punctual::rays::RayHit;
 use punctual::{Budget, Ray};
 use punctual_io::FileError;
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::{self, Failure};
-use punctual_scene::{
-    BodyContact, BodyHit, BodyId, ContactPhase, PairDistance, PairPassage, Scene, SceneRay,
-};
+use punctual_scene::{BodyHit, BodyId, ContactPhase, Scene, SceneRay};
 
-use crate::input::parse_size;
+use crate::input::{parse_size, vector};
 
 #[derive(clap::Args)]
 pub struct Questions {
@@ -98,24 +94,16 @@ impl Questions {
             io::Result::Ok(table)
         };
         let contacts = "frame,a,b,manifold,point,ax,ay,az,bx,by,bz,nx,ny,nz,distance,age,drift";
+        let distances = "frame,a,b,low,high,triangle_a,triangle_b,age";
+        let passages = "frame,a,b,free_until,touching_at,triangle_a,triangle_b";
+        let events = "frame,a,b,phase,age";
+        let hits = "frame,ray,body,triangle,t,side";
         Ok(Answers {
             contacts: table(self.contacts, "contacts.csv", contacts)?,
-            distances: table(
-                !self.measure.is_empty(),
-                "distances.csv",
-                "frame,a,b,low,high,triangle_a,triangle_b,age",
-            )?,
-            passages: table(
-                self.motions,
-                "passages.csv",
-                "frame,a,b,free_until,touching_at,triangle_a,triangle_b",
-            )?,
-            events: table(self.events, "events.csv", "frame,a,b,phase,age")?,
-            hits: table(
-                !rays.is_empty(),
-                "hits.csv",
-                "frame,ray,body,triangle,t,side",
-            )?,
+            distances: table(!self.measure.is_empty(), "distances.csv", distances)?,
+            passages: table(self.motions, "passages.csv", passages)?,
+            events: table(self.events, "events.csv", events)?,
+            hits: table(!rays.is_empty(), "hits.csv", hits)?,
             rays,
             locates: self.contacts || all,
         })
@@ -211,47 +199,29 @@ impl Answers {
                 counts.touching[1] += usize::from(found.is_complete());
             }
         }
-        for PairDistance {
-            a,
-            b,
-            low,
-            high,
-            triangles,
-            age,
-            ..
-        } in scene.distances()
-        {
-            let (bodies, triangles) = (numbers([a, b]), triangles.map_or(",".into(), list));
-            self.distances.line(format_args!(
-                "{frame},{bodies},{low},{high},{triangles},{age}"
-            ))?;
+        let pair = |triangles: Option<[u32; 2]>| triangles.map_or(",".into(), list);
+        for found in scene.distances() {
+            let (bodies, triangles) = (numbers([found.a, found.b]), pair(found.triangles));
+            let (low, high, age) = (found.low, found.high, found.age);
+            let line = format_args!("{frame},{bodies},{low},{high},{triangles},{age}");
+            self.distances.line(line)?;
             counts.distances[0] += 1;
             counts.distances[1] += usize::from(age == 0);
         }
-        for PairPassage {
-            a,
-            b,
-            free_until,
-            touching_at,
-            triangles,
-            ..
-        } in scene.passages()
-        {
-            let (bodies, triangles) = (numbers([a, b]), triangles.map_or(",".into(), list));
-            let touching = touching_at.map_or(String::new(), |time| time.to_string());
-            self.passages.line(format_args!(
-                "{frame},{bodies},{free_until},{touching},{triangles}"
-            ))?;
+        for found in scene.passages() {
+            let (bodies, triangles) = (numbers([found.a, found.b]), pair(found.triangles));
+            let (free, hit) = (found.free_until, found.touching_at);
+            let touching = hit.map_or(String::new(), |time| time.to_string());
+            let line = format_args!("{frame},{bodies},{free},{touching},{triangles}");
+            self.passages.line(line)?;
             counts.passages[0] += 1;
-            counts.passages[1] += usize::from(free_until == 1.0 && touching_at.is_none());
-            counts.passages[2] += usize::from(touching_at.is_some());
+            counts.passages[1] += usize::from(free == 1.0 && hit.is_none());
+            counts.passages[2] += usize::from(hit.is_some());
         }
-        for BodyContact {
-            a, b, phase, age, ..
-        } in report.contacts.iter().copied()
-        {
-            self.events
-                .line(format_args!("{frame},{},{phase},{age}", numbers([a, b])))?;
+        for contact in &report.contacts {
+            let (bodies, phase) = (numbers([contact.a, contact.b]), contact.phase);
+            let line = format_args!("{frame},{bodies},{phase},{}", contact.age);
+            self.events.line(line)?;
             counts.events[0] += usize::from(phase == ContactPhase::Began);
             counts.events[1] += usize::from(phase == ContactPhase::Ended);
         }
@@ -260,13 +230,10 @@ impl Answers {
             let told = hit.map_or(
                 ",,,".into(),
                 |BodyHit {
-                     body,
-                     on_body:
-                         RayHit {
-                             triangle, t, side, ..
-                         },
-                     ..
-                 }| { format!("{},{triangle},{t},{side}", body.index()) },
+                     body, on_body: hit, ..
+                 }| {
+                    format!("{},{},{},{}", body.index(), hit.triangle, hit.t, hit.side)
+                },
             );
             self.hits.line(format_args!("{frame},{number},{told}"))?;
             counts.rays[0] += 1;
@@ -282,8 +249,4 @@ fn list<T: ToString>([a, b]: [T; 2]) -> String {
 
 fn numbers(bodies: [BodyId; 2]) -> String {
     list(bodies.map(BodyId::index))
-}
-
-fn vector(v: DVec3) -> String {
-    format!("{},{},{}", v.x, v.y, v.z)
 }

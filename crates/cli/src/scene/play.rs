@@ -13,6 +13,7 @@ use punctual_scene::{BodyId, PairReport, Report, Scene, SceneError};
 use super::answers::{Counts, Questions};
 use super::files::Recording;
 use super::plain;
+use crate::input::parse_microseconds;
 use crate::{Completion, complain};
 
 /// What is measured and counted of one frame.
@@ -37,6 +38,59 @@ pub struct FrameRow {
     pub true_found: usize,
     pub wrong: usize,
     pub answers: Counts,
+}
+
+/// What a frame may take, and how that is measured.
+#[derive(clap::Args)]
+pub struct FrameArgs {
+    #[command(flatten)]
+    pub limits: FrameLimits,
+    /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
+    #[arg(long, value_enum, default_value = "wall")]
+    pub clock: ClockName,
+    /// Threads that share the work, the calling one included.
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: u16,
+}
+
+#[derive(clap::Args)]
+#[group(id = "budget", multiple = false)]
+pub struct FrameLimits {
+    /// Time budget of a frame in microseconds; without it none, or those of a file of calls.
+    #[arg(long, value_name = "T", value_parser = parse_microseconds, allow_negative_numbers = true)]
+    pub budget_us: Option<Duration>,
+    /// Work budget of a frame in work units; the same answer on every run and any number of threads.
+    #[arg(long, value_name = "N", alias = "work")]
+    budget_work: Option<u64>,
+}
+
+impl FrameArgs {
+    /// Refuses a clock of one thread for several.
+    pub fn check(&self) -> Result<(), Failure> {
+        if self.clock == ClockName::Cpu && self.threads > 1 {
+            return Err("--clock cpu needs --threads 1".into());
+        }
+        Ok(())
+    }
+
+    /// The budget that is asked for.
+    pub fn budget(&self) -> Option<Budget> {
+        let FrameLimits {
+            budget_us,
+            budget_work,
+        } = self.limits;
+        budget_us
+            .map(Budget::time)
+            .or(budget_work.map(Budget::work))
+    }
+
+    /// Finds out what meets, within a budget.
+    pub fn detect(&self, scene: &mut Scene, budget: Budget, clock: &CpuClock) {
+        match self.clock {
+            ClockName::Wall => scene.detect(budget),
+            ClockName::Cpu => scene.detect(budget.clock(clock)),
+        };
+    }
 }
 
 /// By what a time budget is measured.
@@ -103,12 +157,10 @@ impl Clock for CpuClock {
 #[derive(Clone, Copy)]
 pub struct Settings<'q> {
     pub mode: Mode,
-    /// In place of the recorded one, or of none.
-    pub budget: Option<Budget>,
     /// By a plain loop in place of the scene.
     pub plain: bool,
-    pub clock: ClockName,
-    pub threads: usize,
+    /// Its budget is in place of the recorded one, or of none.
+    pub frame: &'q FrameArgs,
     pub frames: usize,
     pub plays: u32,
     pub questions: &'q Questions,
@@ -136,7 +188,7 @@ pub fn play(
             };
             let budget = match recorded {
                 Ok(None) => break,
-                Ok(Some(recorded)) => settings.budget.unwrap_or(recorded),
+                Ok(Some(recorded)) => settings.frame.budget().unwrap_or(recorded),
                 Err(error) if rows.is_empty() => return Err(error.into()),
                 Err(error) => {
                     complain(&error);
@@ -157,12 +209,10 @@ pub fn play(
             }
             let (posed, taken) = (cpu.elapsed(), cpu_clock.taken());
             let mut rival = None;
-            match settings.clock {
-                _ if settings.plain => {
-                    rival = Some(plain::detect(&scene, &mut workspace, budget, &cpu_clock)?);
-                }
-                ClockName::Wall => _ = scene.detect(budget),
-                ClockName::Cpu => _ = scene.detect(budget.clock(&cpu_clock)),
+            if settings.plain {
+                rival = Some(plain::detect(&scene, &mut workspace, budget, &cpu_clock)?);
+            } else {
+                settings.frame.detect(&mut scene, budget, &cpu_clock);
             }
             let report = scene.report();
             let (wall, cpu) = (
@@ -213,7 +263,7 @@ pub fn play(
 fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<BodyId>), Failure> {
     let mut scene = Scene::new();
     scene.set_mode(settings.mode);
-    scene.use_threads(settings.threads)?;
+    scene.use_threads(settings.frame.threads.into())?;
     let ids = recording
         .bodies
         .iter()

@@ -14,45 +14,6 @@ impl FrameRow {
     }
 }
 
-/// Sums and quantiles over frames.
-pub struct Summary {
-    pub wall: [Duration; 3],
-    pub cpu: [Duration; 3],
-    pub overrun: [Duration; 3],
-    pub worst_age: u64,
-    pub decided: f64,
-    pub true_hits: usize,
-    pub true_found: usize,
-    pub wrong: usize,
-    pub hits: usize,
-    pub answers: Counts,
-}
-
-impl Summary {
-    pub fn of(rows: &[FrameRow]) -> Self {
-        let sum = |count: fn(&FrameRow) -> usize| rows.iter().map(count).sum::<usize>();
-        Self {
-            wall: quantiles(rows.iter().map(|row| row.wall)),
-            cpu: quantiles(rows.iter().map(|row| row.cpu)),
-            overrun: quantiles(rows.iter().map(FrameRow::overrun)),
-            worst_age: rows.iter().map(|row| row.worst_age).max().unwrap_or(0),
-            decided: sum(|row| row.decided) as f64 / sum(|row| row.broad_pairs).max(1) as f64,
-            true_hits: sum(|row| row.true_hits),
-            true_found: sum(|row| row.true_found),
-            wrong: sum(|row| row.wrong),
-            hits: sum(|row| row.hits),
-            answers: rows
-                .iter()
-                .fold(Counts::default(), |sum, row| sum + row.answers),
-        }
-    }
-
-    /// Share of the truly intersecting pairs that were reported as such.
-    pub fn found(&self) -> f64 {
-        self.true_found as f64 / self.true_hits.max(1) as f64
-    }
-}
-
 /// Median, 99 % quantile and maximum.
 fn quantiles(times: impl Iterator<Item = Duration>) -> [Duration; 3] {
     let mut times: Vec<Duration> = times.collect();
@@ -62,64 +23,56 @@ fn quantiles(times: impl Iterator<Item = Duration>) -> [Duration; 3] {
 }
 
 pub fn print(out: &mut impl Write, rows: &[FrameRow], truth: bool) -> io::Result<()> {
-    let summary = Summary::of(rows);
-    let ms = |times: [Duration; 3]| times.map(|time| format!("{:.4}", time.as_secs_f64() * 1e3));
+    let sum = |count: fn(&FrameRow) -> usize| rows.iter().map(count).sum::<usize>();
     for (name, times) in [
-        ("wall", summary.wall),
-        ("cpu", summary.cpu),
-        ("overrun", summary.overrun),
+        ("wall", quantiles(rows.iter().map(|row| row.wall))),
+        ("cpu", quantiles(rows.iter().map(|row| row.cpu))),
+        ("overrun", quantiles(rows.iter().map(FrameRow::overrun))),
     ] {
-        let [median, p99, max] = ms(times);
+        let ms = |time: Duration| format!("{:.4}", time.as_secs_f64() * 1e3);
+        let [median, p99, max] = times.map(ms);
         writeln!(out, "# {name} median_ms={median} p99_ms={p99} max_ms={max}")?;
     }
+    let (frames, decided) = (rows.len(), sum(|row| row.decided) as f64);
+    let decided = decided / sum(|row| row.broad_pairs).max(1) as f64;
+    let worst_age = rows.iter().map(|row| row.worst_age).max().unwrap_or(0);
     writeln!(
         out,
-        "# frames={} decided={:.5} worst_age={}",
-        rows.len(),
-        summary.decided,
-        summary.worst_age
+        "# frames={frames} decided={decided:.5} worst_age={worst_age}"
     )?;
-    let Summary { hits, answers, .. } = summary;
+    let answers = rows.iter().map(|row| row.answers);
     let Counts {
         touching: [told, all],
-        distances,
-        passages,
-        events,
-        rays,
-    } = answers;
+        distances: [measured, proven],
+        passages: [moved, free, touching],
+        events: [began, ended],
+        rays: [cast, hit],
+    } = answers.fold(Counts::default(), |sum, of_row| sum + of_row);
     if told > 0 {
+        let hits = sum(|row| row.hits);
         writeln!(out, "# contacts pairs={told} complete={all} hits={hits}")?;
     }
-    let [asked, proven] = distances;
-    if asked > 0 {
-        writeln!(out, "# distances asked={asked} proven={proven}")?;
+    if measured > 0 {
+        writeln!(out, "# distances asked={measured} proven={proven}")?;
     }
-    let [asked, free, touching] = passages;
-    if asked > 0 {
+    if moved > 0 {
         writeln!(
             out,
-            "# passages asked={asked} free={free} touching={touching}"
+            "# passages asked={moved} free={free} touching={touching}"
         )?;
     }
-    let [began, ended] = events;
     if began > 0 {
         writeln!(out, "# events began={began} ended={ended}")?;
     }
-    let [cast, hit] = rays;
     if cast > 0 {
         writeln!(out, "# rays cast={cast} hit={hit}")?;
     }
     if truth {
-        let Summary {
-            true_hits,
-            true_found,
-            wrong,
-            ..
-        } = summary;
+        let [hits, found] = [sum(|row| row.true_hits), sum(|row| row.true_found)];
+        let (share, wrong) = (found as f64 / hits.max(1) as f64, sum(|row| row.wrong));
         writeln!(
             out,
-            "# truth hits={true_hits} found={true_found} share={:.5} wrong={wrong}",
-            summary.found()
+            "# truth hits={hits} found={found} share={share:.5} wrong={wrong}"
         )?;
     }
     Ok(())

@@ -189,23 +189,19 @@ fn more_contacts_than_the_workspace_holds_are_all_printed() {
 #[test]
 fn bad_options_of_contacts_are_refused() {
     let folder = cubes();
-    for bad in ["-1", "nan", "inf", "x"] {
-        folder
-            .run(&format!("contacts a.obj b.obj poses.txt --margin {bad}"))
-            .assert_refused(&["--margin", "must be"]);
-    }
-    for (bad, part) in [
-        ("--max 0", "--max"),
-        ("--reps 0", "--reps"),
-        ("--budget-us 1 --budget-work 1", "cannot be used"),
-    ] {
-        folder
-            .run(&format!("contacts a.obj b.obj poses.txt {bad}"))
-            .assert_refused(&[part]);
-    }
-    folder
-        .run("contacts a.obj none.obj poses.txt")
-        .assert_refused(&["none.obj: "]);
+    folder.refuses(
+        "contacts a.obj b.obj poses.txt",
+        &[
+            ("--margin -1", "--margin must be"),
+            ("--margin nan", "--margin must be"),
+            ("--margin inf", "--margin must be"),
+            ("--margin x", "--margin must be"),
+            ("--max 0", "--max"),
+            ("--reps 0", "--reps"),
+            ("--budget-us 1 --budget-work 1", "cannot be used"),
+        ],
+    );
+    folder.refuses("contacts a.obj", &[("none.obj poses.txt", "none.obj:")]);
 }
 
 #[test]

@@ -26,30 +26,21 @@ fn at(x: f64, y: f64, z: f64) -> String {
 fn rows(folder: &Folder, arguments: &str, status: i32) -> Vec<Option<Row>> {
     let answer = folder.run(&format!("depth {arguments}"));
     assert_eq!(answer.status, status, "{}", answer.err);
-    let row = |(i, line): (usize, &str)| {
-        let fields: Vec<&str> = line.split(',').collect();
-        assert_eq!(
-            (fields.len(), fields[0]),
-            (9, i.to_string().as_str()),
-            "{line}"
-        );
-        if fields[7] == "error" {
-            assert_eq!(line, format!("{i},,,,,,0,error,0"));
-            return None;
-        }
+    let row = |fields: Vec<&str>| {
         let number = |i: usize| fields[i].parse::<f64>().unwrap();
-        assert!(number(6) > 0.0, "{line}");
-        let direction = (!fields[3].is_empty()).then(|| [3, 4, 5].map(number));
-        let bounds = [number(1), number(2)];
-        assert!(0.0 <= bounds[0] && bounds[0] <= bounds[1], "{line}");
-        Some((
+        assert!(number(5) > 0.0, "{fields:?}");
+        let direction = (!fields[2].is_empty()).then(|| [2, 3, 4].map(number));
+        let bounds = [number(0), number(1)];
+        assert!(0.0 <= bounds[0] && bounds[0] <= bounds[1], "{fields:?}");
+        (
             bounds,
             direction,
-            fields[7].to_owned(),
-            fields[8].parse().unwrap(),
-        ))
+            fields[6].to_owned(),
+            fields[7].parse().unwrap(),
+        )
     };
-    answer.lines(HEADER).enumerate().map(row).collect()
+    let rows = answer.table(HEADER).into_iter();
+    rows.map(|fields| fields.map(row)).collect()
 }
 
 #[test]

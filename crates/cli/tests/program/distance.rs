@@ -1,12 +1,12 @@
-//! `punctual distance` from outside: its columns, its messages, and exact truth of real meshes where the data is there.
+//! `punctual distance` from outside: its columns, its messages, and meshes that are hard to read or to tell apart.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use punctual::glam::{DVec3, Vec3};
 use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::shapes::{cuboid, icosphere};
 
-use crate::files::{Soup, Truth, poses, text, truth, value};
+use crate::files::{Truth, truth};
 use crate::run::{Answer, Folder, IDENTITY};
 use crate::write;
 
@@ -25,55 +25,36 @@ struct Row {
 }
 
 impl Row {
-    /// `None` for a line that held no pose.
-    fn new(pose: usize, line: &str) -> Option<Self> {
-        let fields: Vec<&str> = line.split(',').collect();
-        assert_eq!(
-            (fields.len(), fields[0]),
-            (HEADER.split(',').count(), pose.to_string().as_str()),
-            "{line}"
-        );
-        if fields[13] == "error" {
-            assert!(
-                fields[1..12].iter().all(|field| field.is_empty()) && line.ends_with(",0,error,0"),
-                "{line}"
-            );
-            return None;
-        }
-        fields[12].parse::<u64>().unwrap();
+    fn new(fields: &[&str]) -> Self {
         let number = |i: usize| fields[i].parse::<f64>().unwrap();
         let point = |i: usize| DVec3::new(number(i), number(i + 1), number(i + 2));
-        let (low, high) = (number(1), number(2));
-        let nearest = if fields[3..11].iter().all(|field| field.is_empty()) {
-            assert!(high.is_infinite(), "{line}");
-            None
-        } else {
-            Some((
-                [fields[3], fields[4]].map(|id| id.parse().unwrap()),
-                [point(5), point(8)],
-            ))
-        };
-        let work = fields[14].parse().unwrap();
+        let (low, high) = (number(0), number(1));
+        let is_found = fields[2..10].iter().any(|field| !field.is_empty());
+        assert!(is_found || high.is_infinite(), "{fields:?}");
+        let nearest = is_found.then(|| {
+            let triangles = [fields[2], fields[3]].map(|id| id.parse().unwrap());
+            (triangles, [point(4), point(7)])
+        });
+        let closer = fields[10];
         assert!(
-            0.0 <= low && low <= high && ["", "yes", "no", "undecided"].contains(&fields[11]),
-            "{line}"
+            0.0 <= low && low <= high && ["", "yes", "no", "undecided"].contains(&closer),
+            "{fields:?}"
         );
-        Some(Self {
+        fields[11].parse::<u64>().unwrap();
+        Self {
             low,
             high,
             nearest,
-            closer: fields[11].into(),
-            stop: fields[13].into(),
-            work,
-        })
+            closer: closer.into(),
+            stop: fields[12].into(),
+            work: fields[13].parse().unwrap(),
+        }
     }
 }
 
 fn rows(answer: &Answer) -> Vec<Option<Row>> {
-    answer
-        .lines(HEADER)
-        .enumerate()
-        .map(|(pose, line)| Row::new(pose, line))
+    let rows = answer.table(HEADER).into_iter();
+    rows.map(|row| row.map(|fields| Row::new(&fields)))
         .collect()
 }
 
@@ -245,13 +226,8 @@ fn a_surface_inside_another_is_apart() {
 #[test]
 fn bad_options_are_refused_and_all_are_named() {
     let folder = cubes();
-    let help = folder.run("distance --help");
     let options = "--mode --rel --abs --leave-contact-open --closer-than --reps --budget-us --budget-work --portable --memory --margin";
-    assert!(
-        help.status == 0 && options.split(' ').all(|option| help.out.contains(option)),
-        "{}",
-        help.out
-    );
+    folder.help_names("distance", options);
     for option in ["--rel", "--abs", "--closer-than", "--margin"] {
         for bad in ["-1", "nan", "inf", "x"] {
             folder
@@ -259,24 +235,24 @@ fn bad_options_are_refused_and_all_are_named() {
                 .assert_refused(&[option, "must be"]);
         }
     }
-    for (bad, part) in [
-        ("--mode any", "--mode"),
-        ("--mode exact --rel 1", "--rel"),
-        ("--abs 1 --closer-than 1", "--abs"),
-        ("--leave-contact-open", "--abs"),
-        ("--budget-us 1 --budget-work 1", "--budget-us"),
-        ("--reps 0", "--reps"),
-    ] {
-        folder
-            .run(&format!("distance a.obj b.obj poses.txt {bad}"))
-            .assert_refused(&[part]);
-    }
-    folder
-        .run("distance a.obj none.obj poses.txt")
-        .assert_refused(&["none.obj: "]);
-    folder
-        .run("distance a.obj a.obj poses")
-        .assert_refused(&["poses: "]);
+    folder.refuses(
+        "distance a.obj b.obj poses.txt",
+        &[
+            ("--mode any", "--mode"),
+            ("--mode exact --rel 1", "--rel"),
+            ("--abs 1 --closer-than 1", "--abs"),
+            ("--leave-contact-open", "--abs"),
+            ("--budget-us 1 --budget-work 1", "--budget-us"),
+            ("--reps 0", "--reps"),
+        ],
+    );
+    folder.refuses(
+        "distance a.obj",
+        &[
+            ("none.obj poses.txt", "none.obj:"),
+            ("a.obj poses", "poses:"),
+        ],
+    );
     folder.write("broken.obj", "v 0 0 0\nv 1 0\n");
     folder
         .run("distance a.obj broken.obj poses.txt")
@@ -341,216 +317,6 @@ fn hard_cases_are_zero_where_they_meet() {
         }
     }
     assert!(answered > 100, "{answered}");
-}
-
-/// A case with exact truth, its files in a folder with meshes that are not packed.
-struct Case {
-    name: String,
-    folder: Folder,
-    meshes: [Soup; 2],
-    truth: Vec<f64>,
-    /// The longest diagonal of the boxes of the two meshes.
-    size: f64,
-}
-
-impl Case {
-    fn new(path: &Path, stride: usize) -> Self {
-        let case = text(&path.join("case.txt"));
-        let folder = Folder::new();
-        let meshes = ["a", "b"].map(|key| {
-            let file = path.join(value(&case, key).unwrap());
-            folder.write(&format!("{key}.obj"), text(&file));
-            Soup::read(&file)
-        });
-        let diagonal = |soup: &Soup| {
-            let corner = |pick: fn(DVec3, DVec3) -> DVec3| {
-                soup.vertices
-                    .iter()
-                    .map(|&v| DVec3::from_array(v))
-                    .reduce(pick)
-                    .unwrap()
-            };
-            corner(DVec3::max).distance(corner(DVec3::min))
-        };
-        let size = diagonal(&meshes[0]).max(diagonal(&meshes[1]));
-        let poses = text(&path.join("poses.txt"));
-        let lines = poses
-            .lines()
-            .filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
-        folder.write(
-            "poses.txt",
-            lines.step_by(stride).collect::<Vec<_>>().join("\n"),
-        );
-        let distance = |line: &str| line.split(',').nth(1).unwrap().parse().unwrap();
-        let truth = text(&path.join("truth_distance.csv"))
-            .lines()
-            .skip(1)
-            .step_by(stride)
-            .map(distance)
-            .collect();
-        Self {
-            name: path.file_name().unwrap().to_str().unwrap().into(),
-            folder,
-            meshes,
-            truth,
-            size,
-        }
-    }
-
-    /// Of the poses that are apart.
-    fn median(&self) -> f64 {
-        let mut apart: Vec<f64> = self.truth.iter().copied().filter(|&d| d > 0.0).collect();
-        apart.sort_by(f64::total_cmp);
-        apart.get(apart.len() / 2).copied().unwrap_or(0.0)
-    }
-
-    /// What is asked, and the margin of each body.
-    fn questions(&self) -> [(String, f64); 9] {
-        let (median, size) = (self.median(), self.size);
-        let margin = median / 4.0;
-        [
-            (String::new(), 0.0),
-            ("--mode exact".into(), 0.0),
-            ("--rel 0.1".into(), 0.0),
-            (format!("--abs {}", size / 1000.0), 0.0),
-            (format!("--closer-than {median}"), 0.0),
-            (format!("--margin {margin}"), margin),
-            ("--mode exact --memory".into(), 0.0),
-            ("--budget-work 3000".into(), 0.0),
-            ("--budget-us 5 --memory".into(), 0.0),
-        ]
-    }
-
-    fn check(&self, (options, margin): &(String, f64)) {
-        let answer = self
-            .folder
-            .run(&format!("distance a.obj b.obj poses.txt {options}"));
-        assert_eq!(answer.status, 0, "{} {options}: {}", self.name, answer.err);
-        let rows = rows(&answer);
-        assert_eq!(rows.len(), self.truth.len());
-        let poses = poses(&self.folder.path().join("poses.txt"));
-        for (i, ((row, &apart), pose)) in rows.iter().zip(&self.truth).zip(poses).enumerate() {
-            let row = row.as_ref().unwrap();
-            let at = || {
-                format!(
-                    "{} {options}, pose {i}: {row:?}, apart by {apart}",
-                    self.name
-                )
-            };
-            // What the truth itself is off by.
-            let error = 2e-15 * self.size;
-            let truth = (apart - 2.0 * margin).max(0.0);
-            assert!(
-                row.low - error <= truth && truth <= row.high + error,
-                "{}",
-                at()
-            );
-            assert!(apart > 0.0 || row.low == 0.0, "{}", at());
-            assert!(
-                row.high > 0.0 || truth <= error && (apart == 0.0 || *margin > 0.0),
-                "{}",
-                at()
-            );
-            let finished = row.stop == "finished";
-            assert!(finished || options.contains("budget"), "{}", at());
-            if finished && !options.contains("closer") {
-                assert!(
-                    row.high == 0.0 || apart > 0.0 && (truth > 0.0 || row.high <= error),
-                    "{}",
-                    at()
-                );
-                self.check_tolerance(options, row, &at);
-            }
-            if options.contains("closer") {
-                let limit = self.median();
-                let answer = if apart <= limit { "yes" } else { "no" };
-                assert!(
-                    row.closer == answer || (apart - limit).abs() <= error,
-                    "{}",
-                    at()
-                );
-            }
-            if *margin == 0.0 && row.high > 0.0 {
-                let Some((triangles, points)) = row.nearest else {
-                    continue;
-                };
-                assert!(
-                    (points[0].distance(points[1]) - row.high).abs()
-                        <= 1e-14 * (self.size + row.high),
-                    "{}",
-                    at()
-                );
-                let pose = pose.unwrap();
-                self.check_point(0, triangles[0], points[0], |v| v, &at);
-                self.check_point(1, triangles[1], points[1], |v| pose.transform_point(v), &at);
-            }
-        }
-    }
-
-    fn check_tolerance(&self, options: &str, row: &Row, at: &dyn Fn() -> String) {
-        let Row { low, high, .. } = *row;
-        let close = match options {
-            "--rel 0.1" => high <= 1.1 * low * (1.0 + 1e-14),
-            _ if options.contains("exact") => high - low <= 1e-14 * self.size,
-            _ if options.contains("abs") => high - low <= 1.000_001e-3 * self.size,
-            _ => high - low <= 1e-6 * self.size,
-        };
-        assert!(close, "{}", at());
-    }
-
-    /// The point lies in the box of its triangle.
-    fn check_point(
-        &self,
-        mesh: usize,
-        triangle: usize,
-        point: DVec3,
-        moved: impl Fn(DVec3) -> DVec3,
-        at: &dyn Fn() -> String,
-    ) {
-        let soup = &self.meshes[mesh];
-        let corners = soup.triangles[triangle]
-            .map(|index| moved(DVec3::from_array(soup.vertices[index as usize])));
-        let [low, high] =
-            [DVec3::min, DVec3::max].map(|pick| corners.into_iter().reduce(pick).unwrap());
-        let error = DVec3::splat(1e-14 * (self.size + point.length()));
-        assert!(
-            point.cmpge(low - error).all() && point.cmple(high + error).all(),
-            "{}",
-            at()
-        );
-    }
-}
-
-/// By default some poses of each case, asked in one way; `PUNCTUAL_ALL_CASES=1` takes all of them, in all ways.
-#[test]
-fn real_meshes_are_as_far_apart_as_the_truth_says() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/cases");
-    if !folder.is_dir() {
-        println!("skipped: no {}", folder.display());
-        return;
-    }
-    let all = std::env::var_os("PUNCTUAL_ALL_CASES").is_some_and(|value| value == "1");
-    let mut cases: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|case| case.unwrap().path())
-        .collect();
-    cases.retain(|case| case.join("truth_distance.csv").exists());
-    cases.sort();
-    assert!(!cases.is_empty());
-    for (i, path) in cases.iter().enumerate() {
-        println!("{}", path.display());
-        // Prime to the 7 or 10 offsets of an approach, so all of them are asked.
-        let case = Case::new(path, if all { 1 } else { 9 });
-        let questions = case.questions();
-        let chosen = if all {
-            0..questions.len()
-        } else {
-            i % questions.len()..i % questions.len() + 1
-        };
-        questions[chosen]
-            .iter()
-            .for_each(|question| case.check(question));
-    }
 }
 
 /// A cube in a larger one: apart as surfaces, at distance 0 as solids.

@@ -102,18 +102,15 @@ fn random_poses_meet_and_do_not() {
 #[test]
 fn poses_that_cannot_be_made_are_refused() {
     let folder = folder();
-    folder
-        .run("poses a.obj b.obj")
-        .assert_refused(&["--contact <N>|--roll <N>|--random <N>"]);
-    folder
-        .run("poses a.obj b.obj --contact 3 --roll 3")
-        .assert_refused(&["cannot be used with"]);
-    folder
-        .run("poses a.obj b.obj --roll 3 --inside")
-        .assert_refused(&["--inside", "cannot be used"]);
-    folder
-        .run("poses a.obj none.obj --roll 3")
-        .assert_refused(&["none.obj"]);
+    folder.refuses(
+        "poses a.obj",
+        &[
+            ("b.obj", "--contact <N>|--roll <N>|--random <N>"),
+            ("b.obj --contact 3 --roll 3", "cannot be used with"),
+            ("b.obj --roll 3 --inside", "--inside cannot be used"),
+            ("none.obj --roll 3", "none.obj"),
+        ],
+    );
     // Specks at two ends of a box, which no line hits.
     let speck = |x: f32| {
         format!(

@@ -118,17 +118,13 @@ fn segments_end_at_their_ends() {
 #[test]
 fn bad_options_are_refused_and_all_are_named() {
     let folder = cube();
-    let help = folder.run("rays --help");
     let options = "--segments --mode --reps --budget-us --budget-work --portable";
-    assert!(
-        help.status == 0 && options.split(' ').all(|option| help.out.contains(option)),
-        "{}",
-        help.out
+    folder.help_names("rays", options);
+    folder.refuses(
+        "rays a.obj",
+        &[
+            ("rays.txt --mode first", "--mode first"),
+            ("none.txt", "none.txt:"),
+        ],
     );
-    folder
-        .run("rays a.obj rays.txt --mode first")
-        .assert_refused(&["--mode", "first"]);
-    folder
-        .run("rays a.obj none.txt")
-        .assert_refused(&["none.txt: "]);
 }

@@ -63,6 +63,23 @@ impl Folder {
         Answer::new(&child.wait_with_output().unwrap())
     }
 
+    /// Each of these calls of a command is refused, and the message has the words, with blanks between.
+    pub fn refuses(&self, command: &str, calls: &[(&str, &str)]) {
+        for (arguments, words) in calls {
+            let answer = self.run(&format!("{command} {arguments}"));
+            answer.assert_refused(&words.split(' ').collect::<Vec<_>>());
+        }
+    }
+
+    /// The help of a command names these options.
+    pub fn help_names(&self, command: &str, options: &str) {
+        let help = self.run(&format!("{command} --help"));
+        assert_eq!(help.status, 0);
+        for option in options.split(' ') {
+            assert!(help.out.contains(option), "{option}: {}", help.out);
+        }
+    }
+
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_punctual"));
         command
@@ -115,6 +132,22 @@ impl Answer {
         );
         assert_eq!(lines.next(), Some(header));
         lines
+    }
+
+    /// The fields of the rows below a header, each after its number; `None` for a row that says error, in
+    /// which nothing else is told.
+    pub fn table<'a>(&'a self, header: &str) -> Vec<Option<Vec<&'a str>>> {
+        let row = |(i, line): (usize, &'a str)| {
+            let (number, rest) = line.split_once(',').unwrap();
+            assert_eq!(number, i.to_string(), "{line}");
+            let fields: Vec<&str> = rest.split(',').collect();
+            assert_eq!(fields.len() + 1, header.split(',').count(), "{line}");
+            let is_error = fields.contains(&"error");
+            let tells_nothing = |field: &&str| ["", "0", "error"].contains(field);
+            assert!(!is_error || fields.iter().all(tells_nothing), "{line}");
+            (!is_error).then_some(fields)
+        };
+        self.lines(header).enumerate().map(row).collect()
     }
 
     /// The rows of `punctual pair`.

@@ -93,9 +93,6 @@ fn a_page_shows_in_each_frame_which_bodies_meet() {
             );
         }
     }
-    folder
-        .run("scene . --view page.html --sweep")
-        .assert_refused(&["--sweep"]);
     folder.run("scene . --budget-work 0 --view page.html");
     let undecided = |step: &serde_json::Value| {
         step["surfaces"]
@@ -366,17 +363,6 @@ fn a_plain_loop_finds_the_same_without_a_budget_and_less_with_one() {
     folder
         .run("scene . --plain --clock cpu --contacts")
         .assert_refused(&["only which bodies meet"]);
-}
-
-#[test]
-fn a_sweep_gives_a_line_for_each_budget() {
-    let answer = recording().run("scene . --sweep");
-    let mut lines = answer.out.lines().filter(|line| !line.starts_with('#'));
-    assert_eq!(
-        lines.next().map(|header| header.split(',').count()),
-        Some(9)
-    );
-    assert_eq!(lines.filter(|line| line.split(',').count() == 9).count(), 9);
 }
 
 #[test]

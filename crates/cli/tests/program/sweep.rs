@@ -7,20 +7,18 @@ use punctual::shapes::{cuboid, torus_knot};
 use crate::run::Folder;
 use crate::write;
 
-const FILES: [&str; 22] = [
+const FILES: [&str; 20] = [
     "index.html",
     "summary.json",
     "sweep.csv",
     "distance.csv",
     "distance.svg",
-    "distance-near.png",
+    "distance-near.svg",
     "distance-time.svg",
     "distance-near-time.svg",
     "any.svg",
-    "any.png",
     "all.svg",
-    "all.png",
-    "coverage.png",
+    "coverage.svg",
     "any-time.svg",
     "all-time.svg",
     "late.svg",

@@ -12,12 +12,11 @@ use punctual::internals::{
 use punctual::prediction::{DEFAULT_PRIOR, Quantiles};
 
 use super::Data;
-use super::distances::Moment;
+use super::moments::{Approaching, Moment};
 use super::plots;
 use super::sample::Sample;
-use super::{batches, listings, motions};
 use crate::report::{self, Chances, Failure};
-use crate::statistics::{quantile, sorted};
+use crate::statistics::{mean, quantile, sorted};
 
 /// Errors `log2(predicted / actual)` of the whole cost, and whether the actual cost is below each quantile.
 #[derive(Default)]
@@ -57,10 +56,10 @@ impl Tracked {
         windows.map(share).fold(f64::NAN, f64::min)
     }
 
-    fn fields(&self) -> Vec<String> {
-        let mut fields = self.costs.fields();
-        fields.push(text(self.worst_window()));
-        fields
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        let mut figures = self.costs.figures();
+        figures.push(("worst_window", self.worst_window()));
+        figures
     }
 }
 
@@ -71,82 +70,36 @@ const WINDOW: usize = 50;
 /// What is measured of some samples.
 #[derive(Default)]
 pub struct Scores {
-    /// The whole cost by the level-wise sum alone, and by its sum over the frontier of the probe.
-    level_sum: Costs,
-    frontier_sum: Costs,
-    /// Of each kind of [`TRACKED`]: before the query, stopped, and before it with a memory.
+    /// By the names of [`COSTS`].
+    costs: BTreeMap<&'static str, Costs>,
+    /// Of each kind of [`TRACKED`] and each of [`STAGES`].
     pub tracked: [[Tracked; 3]; 4],
-    contacts: Costs,
-    contacts_stopped: Costs,
-    manifolds: Costs,
-    manifolds_stopped: Costs,
-    rays: Costs,
-    rays_stopped: Costs,
-    points: Costs,
-    points_stopped: Costs,
-    pub all: Costs,
-    pub any: Costs,
-    pub at_10: Costs,
-    pub at_50: Costs,
-    distance: Costs,
-    distance_limited: Costs,
-    distance_at_10: Costs,
-    distance_at_50: Costs,
-    motion: Costs,
-    motion_at_10: Costs,
-    motion_at_50: Costs,
     /// How many distances were told from stopped queries, and how many are not above each quantile.
     between: [usize; 4],
-    pub chances: Chances,
-    pub chances_after_history: Chances,
-    /// The same with those queries that were decided within the budget, and so are certain.
-    budgeted: Chances,
-    budgeted_after_history: Chances,
-    pub recalls: Vec<f64>,
-    pub recalls_with_hits: Vec<f64>,
-    pub recalls_after_history: Vec<f64>,
-    pub recalls_marching: Vec<f64>,
-}
-
-impl Costs {
-    fn add(&mut self, used: f64, actual: f64, left: Quantiles) {
-        let Quantiles { p10, p50, p90 } = left.map(|n| n + used);
-        self.errors.push((p50.max(1.0) / actual.max(1.0)).log2());
-        // Predictions are real numbers, counts are whole.
-        for (below, quantile) in self.below.iter_mut().zip([p10, p50, p90]) {
-            *below += usize::from(actual <= quantile + 0.5);
-        }
-    }
-
-    fn fields(&self) -> Vec<String> {
-        let absolute = sorted(self.errors.iter().map(|e| e.abs()));
-        let share = |below: usize| below as f64 / self.errors.len() as f64;
-        let [low, _, high] = self.below;
-        [
-            quantile(&absolute, 0.5),
-            quantile(&absolute, 0.9),
-            share(high),
-            share(low),
-        ]
-        .map(text)
-        .to_vec()
-    }
-}
-
-fn fields_of(chances: &Chances) -> Vec<String> {
-    [
-        chances.0.len() as f64,
-        chances.brier(),
-        chances.calibration_error(),
-    ]
-    .map(text)
-    .to_vec()
+    /// Without and with a history: of queries that were undecided when their budget ended; and with
+    /// those that were decided within the budget, and so are certain.
+    pub undecided: [Chances; 2],
+    budgeted: [Chances; 2],
+    /// Errors of the recall: of all, where something was found, after a history, along curves.
+    recalls: [Vec<f64>; 4],
 }
 
 impl Scores {
+    /// Errors of a cost, one of [`COSTS`].
+    pub fn errors(&self, name: &str) -> &[f64] {
+        self.costs.get(name).map_or(&[], |costs| &costs.errors)
+    }
+
+    fn costs(&mut self, name: &'static str) -> &mut Costs {
+        self.costs.entry(name).or_default()
+    }
+
     fn add(&mut self, sample: &Sample) {
         if sample.lead == Lead::Curves {
-            return self.add_marching(sample);
+            if sample.stop.is_some() && sample.frontier.found > 0.0 {
+                self.recalls[3].push(recall_error(sample));
+            }
+            return;
         }
         let frontier = &sample.frontier;
         let history = sample.last.map(|last| last.history);
@@ -165,19 +118,20 @@ impl Scores {
         if sample.mode == Mode::All && sample.stop.is_none() && sample.last.is_none() {
             // The root of the product of what both subtrees take against themselves.
             let sum = (sample.root_cost / 27.0).powi(2);
-            self.level_sum.add(0.0, total, Quantiles::exactly(sum));
-            self.frontier_sum
+            self.costs("level_sum")
+                .add(0.0, total, Quantiles::exactly(sum));
+            self.costs("frontier_sum")
                 .add(0.0, total, Quantiles::exactly(expected(frontier)));
         }
-        let costs = match (sample.mode, sample.stop, sample.last) {
-            (Mode::All, None, None) => Some(&mut self.all),
-            (Mode::Any, None, None) => Some(&mut self.any),
-            (Mode::All, Some(0.1), None) => Some(&mut self.at_10),
-            (Mode::All, Some(0.5), None) => Some(&mut self.at_50),
+        let name = match (sample.mode, sample.stop, sample.last) {
+            (Mode::All, None, None) => Some("all"),
+            (Mode::Any, None, None) => Some("any"),
+            (Mode::All, Some(0.1), None) => Some("all_at_10"),
+            (Mode::All, Some(0.5), None) => Some("all_at_50"),
             _ => None,
         };
-        if let Some(costs) = costs {
-            costs.add(used, total, left);
+        if let Some(name) = name {
+            self.costs(name).add(used, total, left);
         }
         match (sample.mode, sample.stop) {
             (Mode::Any, _) => self.add_chance(sample, chance),
@@ -186,159 +140,140 @@ impl Scores {
         }
     }
 
-    fn add_distance(&mut self, moment: &Moment) {
-        let Moment {
-            ref closing,
-            stop,
-            total,
-            distance,
-            last,
-            ..
-        } = *moment;
-        let costs = match (stop, last, closing.limit) {
-            (None, None, None) => Some(&mut self.distance),
-            (None, None, Some(_)) => Some(&mut self.distance_limited),
-            (Some(0.1), None, None) => Some(&mut self.distance_at_10),
-            (Some(0.5), None, None) => Some(&mut self.distance_at_50),
-            _ => None,
+    /// A cost told at a moment, for one of the names: before the query, stopped at 10 % and at 50 %.
+    fn add_cost<S>(&mut self, moment: &Moment<S>, names: [&'static str; 3], left: Quantiles) {
+        let name = match (moment.stop, moment.last) {
+            (None, None) => names[0],
+            (Some(0.1), None) => names[1],
+            (Some(0.5), None) => names[2],
+            _ => return,
         };
-        if let Some(costs) = costs {
-            costs.add(closing.work, total, work_left(closing));
+        self.costs(name).add(moment.work, moment.total, left);
+    }
+
+    /// The same, corrected by what came of those before, for a kind of [`TRACKED`].
+    fn track<S>(&mut self, moment: &Moment<S>, kind: usize, left: Quantiles) {
+        if let Some(stage) = stage(moment.stop, moment.last.is_some()) {
+            self.tracked[kind][stage].add(moment.case, moment.work, moment.total, left);
         }
-        if let Some(stage) = stage(stop, last.is_some())
-            && closing.limit.is_none()
-        {
-            self.tracked[2][stage].add(moment.case, closing.work, total, work_left(closing));
+    }
+
+    /// What is told to be left at a moment, for one of the names: before work is done, and stopped.
+    fn add_left<S>(&mut self, moment: &Moment<S>, names: [&'static str; 2], left: Quantiles) {
+        let name = names[usize::from(moment.work > 0.0)];
+        self.costs(name).add(0.0, moment.total - moment.work, left);
+    }
+
+    fn add_distance(&mut self, moment: &Moment<Approaching>) {
+        let closing = &moment.seen.closing;
+        let left = work_left(closing);
+        if closing.limit.is_some() {
+            if moment.stop.is_none() {
+                self.costs("distance_limited")
+                    .add(moment.work, moment.total, left);
+            }
+            return;
         }
-        if closing.limit.is_none() && last.is_none() && moment.place().is_some() {
+        let names = ["distance", "distance_at_10", "distance_at_50"];
+        self.add_cost(moment, names, left);
+        self.track(moment, 2, left);
+        if moment.last.is_none() && moment.seen.place().is_some() {
             let Quantiles { p10, p50, p90 } = between(closing);
             let [told, below @ ..] = &mut self.between;
             *told += 1;
             for (below, quantile) in below.iter_mut().zip([p10, p50, p90]) {
-                *below += usize::from(distance <= quantile);
+                *below += usize::from(moment.seen.distance <= quantile);
             }
         }
     }
 
-    fn add_motion(&mut self, moment: &motions::Moment) {
-        let (used, left) = (moment.passing.work, motion_work_left(&moment.passing));
-        if let Some(stage) = stage(moment.stop, moment.last.is_some()) {
-            self.tracked[3][stage].add(moment.case, used, moment.total, left);
-        }
-        let costs = match (moment.stop, moment.last) {
-            (None, None) => &mut self.motion,
-            (Some(0.1), None) => &mut self.motion_at_10,
-            (Some(0.5), None) => &mut self.motion_at_50,
-            _ => return,
-        };
-        costs.add(used, moment.total, left);
-    }
-
-    fn add_listing(&mut self, moment: &listings::Moment) {
-        let listing = &moment.listing;
-        let (costs, left) = match (moment.is_manifold, moment.stop > 0.0) {
-            (false, false) => (&mut self.contacts, contacts_left(listing)),
-            (false, true) => (&mut self.contacts_stopped, contacts_left(listing)),
-            (true, false) => (&mut self.manifolds, manifolds_left(listing)),
-            (true, true) => (&mut self.manifolds_stopped, manifolds_left(listing)),
-        };
-        costs.add(0.0, moment.total - listing.work, left);
-    }
-
-    fn add_batch(&mut self, moment: &batches::Moment) {
-        let batch = &moment.batch;
-        let (costs, left) = match (moment.is_of_points, batch.work > 0.0) {
-            (false, false) => (&mut self.rays, rays_left(batch)),
-            (false, true) => (&mut self.rays_stopped, rays_left(batch)),
-            (true, false) => (&mut self.points, points_left(batch)),
-            (true, true) => (&mut self.points_stopped, points_left(batch)),
-        };
-        costs.add(0.0, moment.total - batch.work, left);
-    }
-
     fn add_chance(&mut self, sample: &Sample, chance: f64) {
-        let (undecided, budgeted) = match sample.last {
-            None => (&mut self.chances.0, &mut self.budgeted.0),
-            Some(_) => (
-                &mut self.chances_after_history.0,
-                &mut self.budgeted_after_history.0,
-            ),
-        };
+        let with_history = usize::from(sample.last.is_some());
+        let budgeted = &mut self.budgeted[with_history].0;
         let is_hit = sample.is_hit();
         if sample.stop.is_none() {
-            budgeted.extend(std::iter::repeat_n(
-                (f64::from(is_hit), is_hit),
-                sample.decided,
-            ));
+            let certain = (f64::from(is_hit), is_hit);
+            budgeted.extend(std::iter::repeat_n(certain, sample.decided));
         } else {
-            undecided.push((chance, is_hit));
             budgeted.push((chance, is_hit));
+            self.undecided[with_history].0.push((chance, is_hit));
         }
     }
 
     fn add_recall(&mut self, sample: &Sample) {
         let error = recall_error(sample);
         if sample.last.is_some() {
-            self.recalls_after_history.push(error);
+            self.recalls[2].push(error);
         } else {
-            self.recalls.push(error);
+            self.recalls[0].push(error);
             if sample.frontier.found > 0.0 {
-                self.recalls_with_hits.push(error);
+                self.recalls[1].push(error);
             }
         }
     }
 
-    fn add_marching(&mut self, sample: &Sample) {
-        if sample.stop.is_some() && sample.frontier.found > 0.0 {
-            self.recalls_marching.push(recall_error(sample));
+    /// The columns of the table.
+    fn figures(&self) -> Vec<(String, f64)> {
+        let none = Costs::default();
+        let costs = |name| self.costs.get(name).unwrap_or(&none).figures();
+        let costs = COSTS.split(' ').map(|name| (name.to_owned(), costs(name)));
+        let tracked = TRACKED
+            .iter()
+            .zip(&self.tracked)
+            .flat_map(|(kind, stages)| {
+                let stages = STAGES.iter().zip(stages);
+                stages.map(move |(stage, tracked)| (format!("{kind}_{stage}"), tracked.figures()))
+            });
+        let scores = |chances: &Chances| {
+            vec![
+                ("count", chances.0.len() as f64),
+                ("brier", chances.brier()),
+                ("ece", chances.calibration_error()),
+            ]
+        };
+        let chances = self.undecided.iter().chain(&self.budgeted).map(scores);
+        let chances = CHANCES.map(str::to_owned).into_iter().zip(chances);
+        let [told, low, median, high] = self.between.map(|count| count as f64);
+        let between = vec![
+            ("count", told),
+            ("below_p10", low / told),
+            ("below_p50", median / told),
+            ("below_p90", high / told),
+        ];
+        let mean = |errors: &Vec<f64>| mean(errors.iter().copied()).unwrap_or(f64::NAN);
+        let recalls = RECALLS.into_iter().zip(self.recalls.iter().map(mean));
+        let groups = costs.chain(tracked).chain(chances).chain([
+            ("distance_between".to_owned(), between),
+            ("recall".to_owned(), recalls.collect()),
+        ]);
+        let named = |(group, figures): (String, Vec<(&str, f64)>)| {
+            let name = move |(figure, value)| (format!("{group}_{figure}"), value);
+            figures.into_iter().map(name).collect::<Vec<_>>()
+        };
+        groups.flat_map(named).collect()
+    }
+}
+
+impl Costs {
+    fn add(&mut self, used: f64, actual: f64, left: Quantiles) {
+        let Quantiles { p10, p50, p90 } = left.map(|n| n + used);
+        self.errors.push((p50.max(1.0) / actual.max(1.0)).log2());
+        // Predictions are real numbers, counts are whole.
+        for (below, quantile) in self.below.iter_mut().zip([p10, p50, p90]) {
+            *below += usize::from(actual <= quantile + 0.5);
         }
     }
 
-    fn fields(&self) -> Vec<String> {
-        let costs = [
-            &self.all,
-            &self.any,
-            &self.level_sum,
-            &self.frontier_sum,
-            &self.at_10,
-            &self.at_50,
-            &self.distance,
-            &self.distance_limited,
-            &self.distance_at_10,
-            &self.distance_at_50,
-            &self.motion,
-            &self.motion_at_10,
-            &self.motion_at_50,
-            &self.contacts,
-            &self.contacts_stopped,
-            &self.manifolds,
-            &self.manifolds_stopped,
-            &self.rays,
-            &self.rays_stopped,
-            &self.points,
-            &self.points_stopped,
-        ];
-        let mean = |errors: &[f64]| text(errors.iter().sum::<f64>() / errors.len() as f64);
-        let mut fields: Vec<String> = costs.into_iter().flat_map(Costs::fields).collect();
-        fields.extend(self.tracked.iter().flatten().flat_map(Tracked::fields));
-        let chances = [
-            &self.chances,
-            &self.chances_after_history,
-            &self.budgeted,
-            &self.budgeted_after_history,
-        ];
-        fields.extend(chances.into_iter().flat_map(fields_of));
-        let [told, below @ ..] = self.between.map(|count| count as f64);
-        fields.push(text(told));
-        fields.extend(below.map(|below| text(below / told)));
-        let recalls = [
-            &self.recalls,
-            &self.recalls_with_hits,
-            &self.recalls_after_history,
-            &self.recalls_marching,
-        ];
-        fields.extend(recalls.map(|errors| mean(errors)));
-        fields
+    fn figures(&self) -> Vec<(&'static str, f64)> {
+        let absolute = sorted(self.errors.iter().map(|e| e.abs()));
+        let share = |below: usize| below as f64 / self.errors.len() as f64;
+        let [low, _, high] = self.below;
+        vec![
+            ("median", quantile(&absolute, 0.5)),
+            ("p90", quantile(&absolute, 0.9)),
+            ("below_p90", share(high)),
+            ("below_p10", share(low)),
+        ]
     }
 }
 
@@ -349,29 +284,9 @@ fn recall_error(sample: &Sample) -> f64 {
 
 /// Columns of a cost: median and 90 % quantile of `|log2(predicted / actual)|`, shares of actual costs not above the predicted
 /// 90 % quantile and the 10 % quantile.
-const COSTS: [&str; 21] = [
-    "all",
-    "any",
-    "level_sum",
-    "frontier_sum",
-    "all_at_10",
-    "all_at_50",
-    "distance",
-    "distance_limited",
-    "distance_at_10",
-    "distance_at_50",
-    "motion",
-    "motion_at_10",
-    "motion_at_50",
-    "contacts",
-    "contacts_stopped",
-    "manifolds",
-    "manifolds_stopped",
-    "rays",
-    "rays_stopped",
-    "points",
-    "points_stopped",
-];
+const COSTS: &str = "all any level_sum frontier_sum all_at_10 all_at_50 distance distance_limited \
+    distance_at_10 distance_at_50 motion motion_at_10 motion_at_50 contacts contacts_stopped manifolds \
+    manifolds_stopped rays rays_stopped points points_stopped";
 
 /// Columns of costs that are corrected pair by pair. They have one more: the least share not above
 /// the 90 % quantile of any 50 queries of one case in a row, after the first 10.
@@ -396,96 +311,94 @@ const CHANCES: [&str; 4] = [
     "budgeted_after_history",
 ];
 
-fn header() -> String {
-    let costs = COSTS.iter().flat_map(|cost| {
-        ["median", "p90", "below_p90", "below_p10"].map(|f| format!("{cost}_{f}"))
-    });
-    let chances = CHANCES
-        .iter()
-        .flat_map(|of| ["count", "brier", "ece"].map(|f| format!("{of}_{f}")));
-    let between =
-        ["count", "below_p10", "below_p50", "below_p90"].map(|of| format!("distance_between_{of}"));
-    let recalls = ["", "_with_hits", "_after_history", "_marching_with_hits"]
-        .map(|of| format!("recall_mae{of}"));
-    let tracked = TRACKED.iter().flat_map(|kind| {
-        STAGES.iter().flat_map(move |stage| {
-            ["median", "p90", "below_p90", "below_p10", "worst_window"]
-                .map(|f| format!("{kind}_{stage}_{f}"))
-        })
-    });
-    let names: Vec<String> = costs
-        .chain(tracked)
-        .chain(chances)
-        .chain(between)
-        .chain(recalls)
-        .collect();
-    format!("case,{}", names.join(","))
-}
+/// Columns of mean absolute errors of the recall.
+const RECALLS: [&str; 4] = [
+    "mae",
+    "mae_with_hits",
+    "mae_after_history",
+    "mae_marching_with_hits",
+];
 
-/// Reports how well the built-in constants do: writes tables (CSV) and pictures (SVG, PNG) of their errors to `folder`, and
-/// the totals to `out`.
+/// Reports how well the built-in constants do: writes tables (CSV) and pictures (SVG) of their errors to `folder`, and the
+/// totals to `out`.
 ///
 /// # Errors
 /// If a file cannot be written; the message names it.
 pub fn report(data: &Data, folder: &Path, out: &mut impl Write) -> Result<(), Failure> {
-    let mut total = Scores::default();
-    let mut cases: Vec<Scores> = data.names.iter().map(|_| Scores::default()).collect();
-    for sample in &data.samples {
-        total.add(sample);
-        cases[sample.case].add(sample);
-    }
-    for moment in &data.moments {
-        total.add_distance(moment);
-        cases[moment.case].add_distance(moment);
-    }
-    for moment in &data.motions {
-        total.add_motion(moment);
-        cases[moment.case].add_motion(moment);
-    }
-    for moment in &data.listings {
-        total.add_listing(moment);
-        cases[moment.case].add_listing(moment);
-    }
-    for moment in &data.batches {
-        total.add_batch(moment);
-        cases[moment.case].add_batch(moment);
-    }
-    let named = data
+    let names: Vec<&str> = data
         .names
         .iter()
         .map(String::as_str)
-        .zip(&cases)
-        .chain([("total", &total)]);
-    let row = |(name, scores): (&str, &Scores)| [vec![name.to_owned()], scores.fields()].concat();
-    let rows: Vec<_> = named.map(row).collect();
-    report::write_csv(folder, "model", &header(), &rows)?;
-    for (name, value) in header().split(',').zip(&rows[rows.len() - 1]).skip(1) {
-        writeln!(out, "{name:32} {value}")?;
+        .chain(["total"])
+        .collect();
+    let mut scores: Vec<Scores> = names.iter().map(|_| Scores::default()).collect();
+    let mut add = |case: usize, add: &dyn Fn(&mut Scores)| {
+        add(&mut scores[case]);
+        add(&mut scores[names.len() - 1]);
+    };
+    for sample in &data.samples {
+        add(sample.case, &|scores| scores.add(sample));
     }
-    plots::draw(&total, folder)
-}
-
-/// Three decimals; nothing for what was not measured.
-fn text(x: f64) -> String {
-    if x.is_finite() {
-        format!("{x:.3}")
-            .trim_end_matches('0')
-            .trim_end_matches('.')
-            .to_owned()
-    } else {
-        String::new()
+    let moments = &data.moments;
+    for moment in &moments.distances {
+        add(moment.case, &|scores| scores.add_distance(moment));
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_in_the_table() {
-        assert_eq!(
-            [text(f64::NAN), text(0.5), text(2.0), text(1.0 / 3.0)],
-            ["", "0.5", "2", "0.333"]
-        );
+    for moment in &moments.motions {
+        let left = motion_work_left(&moment.seen);
+        add(moment.case, &|scores| {
+            scores.track(moment, 3, left);
+            scores.add_cost(moment, ["motion", "motion_at_10", "motion_at_50"], left);
+        });
     }
+    for (moments, names, left) in [
+        (
+            &moments.contacts,
+            ["contacts", "contacts_stopped"],
+            contacts_left as fn(&_) -> _,
+        ),
+        (
+            &moments.manifolds,
+            ["manifolds", "manifolds_stopped"],
+            manifolds_left,
+        ),
+    ] {
+        for moment in moments {
+            add(moment.case, &|scores| {
+                scores.add_left(moment, names, left(&moment.seen))
+            });
+        }
+    }
+    for (moments, names, left) in [
+        (
+            &moments.rays,
+            ["rays", "rays_stopped"],
+            rays_left as fn(&_) -> _,
+        ),
+        (&moments.points, ["points", "points_stopped"], points_left),
+    ] {
+        for moment in moments {
+            add(moment.case, &|scores| {
+                scores.add_left(moment, names, left(&moment.seen))
+            });
+        }
+    }
+    let figures: Vec<_> = scores.iter().map(Scores::figures).collect();
+    let text = |value: &f64| report::cell(*value, 3);
+    let row = |(name, figures): (&&str, &Vec<(String, f64)>)| {
+        let cells = figures.iter().map(|(_, value)| text(value));
+        std::iter::once(name.to_string()).chain(cells).collect()
+    };
+    let rows: Vec<_> = names.iter().zip(&figures).map(row).collect();
+    let total = &figures[names.len() - 1];
+    let header: Vec<&str> = total.iter().map(|(name, _)| name.as_str()).collect();
+    report::write_csv(
+        folder,
+        "model",
+        &format!("case,{}", header.join(",")),
+        &rows,
+    )?;
+    for (name, value) in total {
+        writeln!(out, "{name:32} {}", text(value))?;
+    }
+    plots::draw(&scores[names.len() - 1], folder)
 }

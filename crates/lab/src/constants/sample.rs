@@ -7,12 +7,8 @@ use punctual::prediction::{Counts, History};
 use punctual::{Answer, Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 
 use super::cases::Case;
-
-/// Shares of the work of a complete query at which it is stopped.
-pub const STOPS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.5];
-
-/// Of the frames of a motion, one in so many is also asked about without a memory.
-pub const THINNED: usize = 10;
+use super::moments::{STOPS, THINNED};
+use crate::traversal::advance;
 
 /// A query at one moment, and its end.
 pub struct Sample {
@@ -145,7 +141,7 @@ impl Sampler<'_> {
             if outcome.stop == StopReason::WorkLimit
                 && let Ok(frontier) = query.frontier(&self.workspace)
             {
-                let end = resume(query, &mut self.workspace, outcome, None);
+                let end = advance(query, &mut self.workspace, None, outcome, None, drop);
                 self.samples.push(sample(Some(stop), frontier, &end));
             } else {
                 self.samples[before].decided += 1;
@@ -158,35 +154,15 @@ impl Sampler<'_> {
 fn run(
     query: &Query<Intersection>,
     workspace: &mut Workspace,
-    memory: Option<&mut PairMemory>,
+    mut memory: Option<&mut PairMemory>,
     limit: Option<u64>,
 ) -> Answer<Verdict> {
     let budget = limit.map_or(Budget::unlimited(), Budget::work);
-    let outcome = query
-        .with_memory(memory)
-        .run(workspace, budget.clock(&ManualClock::new()));
+    let begun = query.with_memory(memory.as_deref_mut());
+    let outcome = begun.run(workspace, budget.clock(&ManualClock::new()));
     if outcome.stop == StopReason::PairsFull {
-        resume(query, workspace, outcome, limit)
+        advance(query, workspace, memory, outcome, limit, drop)
     } else {
         outcome
-    }
-}
-
-fn resume(
-    query: &Query<Intersection>,
-    workspace: &mut Workspace,
-    mut outcome: Answer<Verdict>,
-    limit: Option<u64>,
-) -> Answer<Verdict> {
-    loop {
-        workspace.drain_pairs().for_each(drop);
-        let budget = limit.map_or(Budget::unlimited(), |limit| {
-            Budget::work(limit.saturating_sub(outcome.stats.work))
-        });
-        match query.resume(workspace, budget.clock(&ManualClock::new())) {
-            Ok(next) if next.stop == StopReason::PairsFull => outcome = next,
-            Ok(next) => return next,
-            Err(_) => return outcome,
-        }
     }
 }

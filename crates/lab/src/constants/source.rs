@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use punctual::Mode;
-use punctual::internals::{FrontierSummary, Lead};
+use punctual::internals::{Batch, FrontierSummary, Lead};
 use punctual::internals::{batch_features, listing_features, mean_left, single_features};
 use punctual::internals::{between_features, closing_features, features_of_all, features_of_any};
 use punctual::internals::{
@@ -11,11 +11,11 @@ use punctual::internals::{
 };
 
 use super::Data;
-use super::distances::Moment;
+use super::moments::{Approaching, Moment, Moments};
 use super::sample::Sample;
-use super::{batches, listings, motions};
 use crate::machine;
-use crate::regression::{least_squares, logistic, quantile};
+use crate::regression::{dot, least_squares, logistic, quantile};
+use crate::statistics::mean;
 
 /// The upper one is for 90 %: meshes that were not fitted are dearer more often than cheaper.
 const QUANTILES: [f64; 3] = [0.1, 0.5, 0.935];
@@ -36,25 +36,10 @@ pub fn fit(data: &Data) -> String {
         open.partition(|sample| sample.lead == Lead::Curves);
     let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) =
         open.into_iter().partition(|sample| sample.last.is_some());
-    // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
-    let hit = [false, true].map(|begun| {
-        // Of a frontier that leaves nothing the answer is known.
-        let moments = at(&alone, Mode::Any, begun).filter(|sample| !sample.frontier.is_clear());
-        regression(moments, |s| {
-            (hit_features(&s.frontier), f64::from(s.is_hit()))
-        })
-    });
     [
         header(data),
-        bv_tests_left(&alone, &hit),
-        changes(&remembering),
-        other_counts(data),
-        chances(&alone, &remembering, &hit),
-        recall(&alone, &tracing),
-        distances(&data.moments),
-        motions(&data.motions),
-        listings(&data.listings),
-        batches(&data.batches),
+        intersections(data, &alone, &remembering, &tracing),
+        other_questions(&data.moments),
     ]
     .concat()
 }
@@ -71,241 +56,159 @@ fn at<'s>(samples: &[&'s Sample], mode: Mode, begun: bool) -> impl Iterator<Item
     of(samples, mode).filter(move |sample| sample.frontier.is_begun() == begun)
 }
 
-/// Weights of the logit of a hit, before a query and after a part of it.
-type Hit = [[f64; 13]; 2];
-
-fn logit(hit: &Hit, sample: &Sample) -> f64 {
-    dot(
-        &hit[usize::from(sample.frontier.is_begun())],
-        &hit_features(&sample.frontier),
-    )
+/// The samples of queries that have not begun, and are to go to their end.
+fn whole<'s>(samples: &[&'s Sample], mode: Mode) -> impl Iterator<Item = &'s Sample> {
+    of(samples, mode).filter(|sample| sample.stop.is_none())
 }
 
-fn bv_tests_left(alone: &[&Sample], hit: &Hit) -> String {
+/// `alone`: without a memory; `remembering`: with one; `tracing`: those that follow curves.
+fn intersections(
+    data: &Data,
+    alone: &[&Sample],
+    remembering: &[&Sample],
+    tracing: &[&Sample],
+) -> String {
+    // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
+    let hit = [false, true].map(|begun| {
+        // Of a frontier that leaves nothing the answer is known.
+        let moments = at(alone, Mode::Any, begun).filter(|sample| !sample.frontier.is_clear());
+        regression(moments, |s| {
+            (hit_features(&s.frontier), f64::from(s.is_hit()))
+        })
+    });
+    let logit = |s: &Sample| {
+        let weights = &hit[usize::from(s.frontier.is_begun())];
+        dot(weights, &hit_features(&s.frontier))
+    };
     let [all_before, all] = [false, true].map(|begun| {
         quantiles(at(alone, Mode::All, begun), |s| {
             (features_of_all(&s.frontier), log_left(s))
         })
     });
-    let roots = of(alone, Mode::All).filter(|sample| sample.stop.is_none());
-    let [_, _, root_most] = quantiles(roots, |s| ([1.0, s.root_cost.max(1.0).log2()], log_left(s)));
-    let chance = |s: &Sample| sigmoid(logit(hit, s));
     let [any_before, any] = [false, true].map(|begun| {
         quantiles(at(alone, Mode::Any, begun), |s| {
-            (features_of_any(&s.frontier, chance(s)), log_left(s))
+            let features = features_of_any(&s.frontier, sigmoid(logit(s)));
+            (features, log_left(s))
         })
     });
-    let of_roots = "90 % quantile of log2 of the BV tests of a whole query: intercept, and slope in log2 of the pair\n/// cost of the roots at their deepest penetration.";
-    [
-        table(
-            "ALL_LEFT",
-            &all,
-            "Quantiles of log2 of the BV tests left if all hits are wanted: for each, the weights of\n/// `features_of_all`.",
-        ),
-        table("ALL_BEFORE", &all_before, "`ALL_LEFT` before the query."),
-        list("ROOT_MOST", &root_most, of_roots),
-        table(
-            "ANY_LEFT",
-            &any,
-            "`ALL_LEFT` if the first hit ends the query: for each, the weights of `features_of_any`.",
-        ),
-        table("ANY_BEFORE", &any_before, "`ANY_LEFT` before the query."),
-    ]
-    .concat()
-}
-
-fn changes(remembering: &[&Sample]) -> String {
-    let change = |s: &Sample| {
-        let before = s.last.map_or(1.0, |last| last.bv_tests.max(1.0));
-        ([1.0], (s.total.bv_tests.max(1.0) / before).log2())
-    };
-    let [all, any] = [Mode::All, Mode::Any].map(|mode| {
-        let frames = of(remembering, mode).filter(|sample| sample.stop.is_none());
-        quantiles(frames, change).map(|[w]| w)
+    let [_, _, root_most] = quantiles(whole(alone, Mode::All), |s| {
+        ([1.0, s.root_cost.max(1.0).log2()], log_left(s))
     });
-    list(
-        "ALL_AFTER",
-        &all,
-        "Quantiles of log2 (BV tests of a query / BV tests of the query in the frame before).",
-    ) + &list(
-        "ANY_AFTER",
-        &any,
-        "`ALL_AFTER` if the first hit ends the query.",
-    )
-}
-
-fn other_counts(data: &Data) -> String {
-    let openings = power_law(data, |counts| counts.box_updates);
-    let triangle_tests = power_law(data, |counts| counts.triangle_tests);
-    let of_openings = "log2 of opened node pairs: intercept, and slope in log2 of BV tests.";
-    list("OPENINGS_OF_BV_TESTS", &openings, of_openings)
-        + &list(
-            "TRIANGLE_TESTS_OF_BV_TESTS",
-            &triangle_tests,
-            "log2 of triangle tests: intercept, and slope in log2 of BV tests.",
-        )
-}
-
-fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
+    let [all_after, any_after] = [Mode::All, Mode::Any].map(|mode| {
+        let change = |s: &Sample| {
+            let before = s.last.map_or(1.0, |last| last.bv_tests.max(1.0));
+            ([1.0], (s.total.bv_tests.max(1.0) / before).log2())
+        };
+        quantiles(whole(remembering, mode), change).map(|[w]| w)
+    });
     let moved = of(remembering, Mode::Any)
         .filter(|sample| sample.stop.is_some() && !sample.frontier.is_clear());
     let after_history = regression(moved, |s| {
         let features = s
             .last
-            .map(|last| history_features(logit(hit, s), s.frontier.deepest, &last.history));
+            .map(|last| history_features(logit(s), s.frontier.deepest, &last.history));
         (features.unwrap_or_default(), f64::from(s.is_hit()))
     });
-    let poses: Vec<&Sample> = of(alone, Mode::Any)
-        .filter(|sample| sample.stop.is_none())
-        .collect();
-    let base_rate =
-        poses.iter().filter(|sample| sample.is_hit()).count() as f64 / poses.len() as f64;
-    let [before, begun] = hit;
-    let of_history =
-        "Logit of a hit with the verdict of the frame before: weights of `history_features`.";
+    let hits = whole(alone, Mode::Any).map(|sample| f64::from(sample.is_hit()));
+    let base_rate = number(mean(hits).unwrap_or(f64::NAN));
+    let [before, begun] = &hit;
+    let openings = power_law(data, |counts| counts.box_updates);
+    let triangle_tests = power_law(data, |counts| counts.triangle_tests);
+    let recall = recall_weights(of(alone, Mode::All), recall_features);
+    let tracing = recall_weights(tracing.iter().copied(), tracing_features);
+    let each = "for each, the weights of";
     [
-        list(
-            "HIT",
-            begun,
-            "Logit of a hit after a part of the query: weights of `hit_features`.",
-        ),
-        list(
-            "HIT_BEFORE",
-            before,
-            "Logit of a hit before the query: weights of `hit_features`.",
-        ),
-        list("HIT_AFTER_HISTORY", &after_history, of_history),
-        constant(
-            "BASE_RATE",
-            "f64",
-            &number(base_rate),
-            "Fraction of poses with a hit.",
-        ),
+        table("ALL_LEFT", &all, &format!("Quantiles of log2 of the BV tests left if all hits are wanted: {each}\n/// `features_of_all`.")),
+        table("ALL_BEFORE", &all_before, "`ALL_LEFT` before the query."),
+        list("ROOT_MOST", &root_most, "90 % quantile of log2 of the BV tests of a whole query: intercept, and slope in log2 of the pair\n/// cost of the roots at their deepest penetration."),
+        table("ANY_LEFT", &any, &format!("`ALL_LEFT` if the first hit ends the query: {each} `features_of_any`.")),
+        table("ANY_BEFORE", &any_before, "`ANY_LEFT` before the query."),
+        list("ALL_AFTER", &all_after, "Quantiles of log2 (BV tests of a query / BV tests of the query in the frame before)."),
+        list("ANY_AFTER", &any_after, "`ALL_AFTER` if the first hit ends the query."),
+        list("OPENINGS_OF_BV_TESTS", &openings, "log2 of opened node pairs: intercept, and slope in log2 of BV tests."),
+        list("TRIANGLE_TESTS_OF_BV_TESTS", &triangle_tests, "log2 of triangle tests: intercept, and slope in log2 of BV tests."),
+        list("HIT", begun, "Logit of a hit after a part of the query: weights of `hit_features`."),
+        list("HIT_BEFORE", before, "Logit of a hit before the query: weights of `hit_features`."),
+        list("HIT_AFTER_HISTORY", &after_history, "Logit of a hit with the verdict of the frame before: weights of `history_features`."),
+        constant("BASE_RATE", "f64", &base_rate, "Fraction of poses with a hit."),
+        list("RECALL", &recall, "Logit of the recall: weights of `recall_features`."),
+        list("RECALL_TRACING", &tracing, "Logit of the recall of queries that trace curves: weights of `tracing_features`."),
     ]
     .concat()
 }
 
-fn recall(alone: &[&Sample], tracing: &[&Sample]) -> String {
-    [
-        list(
-            "RECALL",
-            &recall_weights(of(alone, Mode::All), recall_features),
-            "Logit of the recall: weights of `recall_features`.",
-        ),
-        list(
-            "RECALL_TRACING",
-            &recall_weights(tracing.iter().copied(), tracing_features),
-            "Logit of the recall of queries that trace curves: weights of `tracing_features`.",
-        ),
-    ]
-    .concat()
-}
-
-fn distances(moments: &[Moment]) -> String {
+fn other_questions(moments: &Moments) -> String {
+    let Moments {
+        distances,
+        motions,
+        contacts,
+        manifolds,
+        rays,
+        points,
+    } = moments;
     let alone = |is_limited| {
-        moments.iter().filter(move |moment| {
-            moment.last.is_none() && moment.closing.limit.is_some() == is_limited
+        distances.iter().filter(move |moment| {
+            moment.last.is_none() && moment.seen.closing.limit.is_some() == is_limited
         })
     };
-    let left = |moment: &Moment| (moment.total - moment.closing.work).max(1.0).log2();
-    let row = |moment: &Moment| (moment.case, closing_features(&moment.closing), left(moment));
-    let [distance, limited] =
-        [false, true].map(|is_limited| quantiles_of(Rows::new(alone(is_limited).map(row))));
-    let frames = moments.iter().filter(|moment| moment.stop.is_none());
-    let change = |moment: &Moment| {
-        moment.last.map(|last| {
-            (
-                moment.case,
-                [1.0],
-                (moment.total.max(1.0) / last.max(1.0)).log2(),
-            )
-        })
-    };
-    let after = quantiles_of(Rows::new(frames.filter_map(change))).map(|[w]| w);
-    let place = |moment: &Moment| {
-        Some((
-            moment.case,
-            between_features(&moment.closing),
-            moment.place()?,
-        ))
+    let [distance, limited] = [false, true]
+        .map(|is_limited| work_left(alone(is_limited), |seen| closing_features(&seen.closing)));
+    let place = |moment: &Moment<Approaching>| {
+        let place = moment.seen.place()?;
+        Some((moment.case, between_features(&moment.seen.closing), place))
     };
     let between = quantiles_of(Rows::new(alone(false).filter_map(place)));
-    [
-        table("DISTANCE_LEFT", &distance, "Quantiles of log2 of the work left in a distance query without a limit: for each, the weights of\n/// `closing_features`."),
-        table("LIMIT_LEFT", &limited, "Quantiles of log2 of the work left in a distance query with a limit: for each, the weights of\n/// `closing_features`."),
-        list("DISTANCE_AFTER", &after, "Quantiles of log2 (work of a distance query / work of the query in the frame before)."),
-        table("DISTANCE_BETWEEN", &between, "Quantiles of the distance, scaled to 0 at its lower bound and 1 at its upper bound: for each,\n/// the weights of `between_features`."),
-    ]
-    .concat()
-}
-
-fn motions(moments: &[motions::Moment]) -> String {
-    let alone = moments.iter().filter(|moment| moment.last.is_none());
-    let left = |moment: &motions::Moment| (moment.total - moment.passing.work).max(1.0).log2();
-    let row =
-        |moment: &motions::Moment| (moment.case, passing_features(&moment.passing), left(moment));
-    let frames = moments.iter().filter(|moment| moment.stop.is_none());
-    let change = |moment: &motions::Moment| {
-        moment.last.map(|last| {
-            (
-                moment.case,
-                [1.0],
-                (moment.total.max(1.0) / last.max(1.0)).log2(),
-            )
-        })
+    let motion = motions.iter().filter(|moment| moment.last.is_none());
+    let single = |moments: &[Moment<Batch>]| {
+        let waiting = moments.iter().filter(|moment| moment.seen.done == 0.0);
+        quantiles_of(Rows::new(waiting.map(|moment| {
+            let each = moment.left() / moment.seen.left;
+            (moment.case, single_features(&moment.seen), each.log2())
+        })))
     };
-    let after = quantiles_of(Rows::new(frames.filter_map(change))).map(|[w]| w);
-    [
-        table(
-            "MOTION_LEFT",
-            &quantiles_of(Rows::new(alone.map(row))),
-            "Quantiles of log2 of the work left in a motion query: for each, the weights of\n/// `passing_features`.",
-        ),
-        list("MOTION_AFTER", &after, "Quantiles of log2 (work of a motion query / work of the query for the motion before)."),
-    ]
-    .concat()
-}
-
-fn listings(moments: &[listings::Moment]) -> String {
-    let [contacts, manifolds] = [false, true].map(|is_manifold| {
-        let asked = moments
-            .iter()
-            .filter(|moment| moment.is_manifold == is_manifold);
-        quantiles_of(Rows::new(asked.map(|moment| {
-            let left = (moment.total - moment.listing.work).max(1.0).log2();
-            (moment.case, listing_features(&moment.listing), left)
-        })))
-    });
-    [
-        table("CONTACTS_LEFT", &contacts, "Quantiles of log2 of the work left in a contact query: for each, the weights of\n/// `listing_features`."),
-        table("MANIFOLDS_LEFT", &manifolds, "`CONTACTS_LEFT` of a manifold query."),
-    ]
-    .concat()
-}
-
-fn batches(moments: &[batches::Moment]) -> String {
-    let left = |moment: &batches::Moment| (moment.total - moment.batch.work).max(1.0);
-    let (begun, before): (Vec<&batches::Moment>, Vec<&batches::Moment>) =
-        moments.iter().partition(|moment| moment.batch.done > 0.0);
-    let [rays, points] = [false, true].map(|is_of_points| {
-        let asked = before
-            .iter()
-            .filter(|moment| moment.is_of_points == is_of_points);
-        quantiles_of(Rows::new(asked.map(|moment| {
-            let each = left(moment) / moment.batch.left;
-            (moment.case, single_features(&moment.batch), each.log2())
-        })))
-    });
-    let later = quantiles_of(Rows::new(begun.iter().map(|moment| {
-        let ratio = left(moment) / mean_left(&moment.batch);
-        (moment.case, batch_features(&moment.batch), ratio.log2())
+    let begun = rays
+        .iter()
+        .chain(points)
+        .filter(|moment| moment.seen.done > 0.0);
+    let later = quantiles_of(Rows::new(begun.map(|moment| {
+        let ratio = moment.left() / mean_left(&moment.seen);
+        (moment.case, batch_features(&moment.seen), ratio.log2())
     })));
+    let left = "Quantiles of log2 of the work left";
+    let weights = "for each, the weights of\n///";
     [
-        table("RAY_WORK", &rays, "Quantiles of log2 of the work left for each ray of a batch, before one is done: for each, the\n/// weights of `single_features`."),
-        table("POINT_WORK", &points, "`RAY_WORK` of points."),
-        table("BATCH_LEFT", &later, "Quantiles of log2 of the work left in a batch over the mean of those done times those left: for\n/// each, the weights of `batch_features`."),
+        table("DISTANCE_LEFT", &distance, &format!("{left} in a distance query without a limit: {weights} `closing_features`.")),
+        table("LIMIT_LEFT", &limited, &format!("{left} in a distance query with a limit: {weights} `closing_features`.")),
+        list("DISTANCE_AFTER", &after(distances), "Quantiles of log2 (work of a distance query / work of the query in the frame before)."),
+        table("DISTANCE_BETWEEN", &between, "Quantiles of the distance, scaled to 0 at its lower bound and 1 at its upper bound: for each,\n/// the weights of `between_features`."),
+        table("MOTION_LEFT", &work_left(motion, passing_features), &format!("{left} in a motion query: {weights} `passing_features`.")),
+        list("MOTION_AFTER", &after(motions), "Quantiles of log2 (work of a motion query / work of the query for the motion before)."),
+        table("CONTACTS_LEFT", &work_left(contacts, listing_features), &format!("{left} in a contact query: {weights} `listing_features`.")),
+        table("MANIFOLDS_LEFT", &work_left(manifolds, listing_features), "`CONTACTS_LEFT` of a manifold query."),
+        table("RAY_WORK", &single(rays), &format!("{left} for each ray of a batch, before one is done: for each, the\n/// weights of `single_features`.")),
+        table("POINT_WORK", &single(points), "`RAY_WORK` of points."),
+        table("BATCH_LEFT", &later, &format!("{left} in a batch over the mean of those done times those left: for\n/// each, the weights of `batch_features`.")),
     ]
     .concat()
+}
+
+/// Weights of quantiles of log2 of the work left.
+fn work_left<'m, S: 'm, const N: usize>(
+    moments: impl IntoIterator<Item = &'m Moment<S>>,
+    features: impl Fn(&S) -> [f64; N],
+) -> [[f64; N]; 3] {
+    let row = |moment: &Moment<S>| (moment.case, features(&moment.seen), moment.left().log2());
+    quantiles_of(Rows::new(moments.into_iter().map(row)))
+}
+
+/// Quantiles of log2 of the work of a query over that of the one before.
+fn after<S>(moments: &[Moment<S>]) -> [f64; 3] {
+    let whole = moments.iter().filter(|moment| moment.stop.is_none());
+    let change = |moment: &Moment<S>| {
+        let change = moment.total.max(1.0) / moment.last?.max(1.0);
+        Some((moment.case, [1.0], change.log2()))
+    };
+    quantiles_of(Rows::new(whole.filter_map(change))).map(|[w]| w)
 }
 
 /// Parts of the data that are fitted without the others, to see how well that serves cases that were not fitted.
@@ -403,10 +306,6 @@ fn regression<'s, const N: usize>(
 
 fn log_left(sample: &Sample) -> f64 {
     sample.left().max(1.0).log2()
-}
-
-fn dot(w: &[f64], x: &[f64]) -> f64 {
-    w.iter().zip(x).map(|(w, x)| w * x).sum()
 }
 
 fn sigmoid(logit: f64) -> f64 {

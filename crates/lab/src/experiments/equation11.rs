@@ -1,80 +1,63 @@
 //! Equation 11 where it must hold: the mean over uniform offsets along all axes.
 
 use crate::paper;
+use crate::statistics::range;
 
-use super::Lab;
 use super::sample::{Rule, Setting};
-use crate::report::{Axis, Chart, Failure, Lead, Section, Series, Shape, Verdict};
+use super::{Lab, leaves};
+use crate::report::{self, Axis, Chart, Failure, Section, Series, Shape};
 
 const ALPHAS: [f64; 4] = [0.6, 0.7, 0.8, 0.9];
 
 pub fn run(lab: &Lab) -> Result<Section, Failure> {
     let depths = 3..=lab.choose(13, 8);
-    let settings: Vec<(Rule, f64, u32)> = [Rule::Random, Rule::Fixed]
+    let settings: Vec<Setting> = [Rule::Random, Rule::Fixed]
         .into_iter()
         .flat_map(|rule| ALPHAS.map(|alpha| (rule, alpha)))
-        .flat_map(|(rule, alpha)| depths.clone().map(move |depth| (rule, alpha, depth)))
+        .flat_map(|(rule, alpha)| {
+            depths.clone().map(move |depth| Setting {
+                alpha: [alpha; 3],
+                depth,
+                rule,
+                delta: None,
+            })
+        })
         .collect();
-    let ratios = lab.all(&settings, |&(rule, alpha, depth)| {
-        let setting = Setting {
-            alpha: [alpha; 3],
-            depth,
-            rule,
-            delta: None,
-        };
-        let mean = setting.mean(&lab.effort(), u64::from(depth));
-        let model = paper::eq11([alpha; 3], depth);
+    let ratios = lab.all(&settings, |setting| {
+        let mean = setting.mean(&lab.effort(), u64::from(setting.depth));
+        let model = paper::eq11(setting.alpha, setting.depth);
         (mean.value / model, mean.error / model)
     });
+    let of = |rule: Rule| {
+        let all = settings.iter().zip(&ratios);
+        all.filter(move |(setting, _)| setting.rule == rule)
+    };
     let rows = settings
         .iter()
         .zip(&ratios)
-        .map(|(&(rule, alpha, depth), (ratio, error))| {
-            let rule = if rule == Rule::Fixed {
-                "fixed"
-            } else {
-                "random"
+        .map(|(setting, (ratio, error))| {
+            let rule = match setting.rule {
+                Rule::Fixed => "fixed",
+                Rule::Random => "random",
             };
-            vec![
-                rule.to_owned(),
-                alpha.to_string(),
-                f64::from(depth).exp2().to_string(),
-                ratio.to_string(),
-                error.to_string(),
-            ]
+            let numbers = [setting.alpha[0], leaves(setting.depth), *ratio, *error];
+            let numbers = numbers.map(|x| x.to_string());
+            std::iter::once(rule.to_owned()).chain(numbers).collect()
         });
-    lab.csv(
-        "equation11",
-        "corners,alpha,n,measured_over_eq11,standard_error",
-        &rows.collect::<Vec<_>>(),
-    )?;
-    let of = |rule: Rule| {
-        settings
-            .iter()
-            .zip(&ratios)
-            .filter(move |(setting, _)| setting.0 == rule)
-    };
-    let range = |rule: Rule| {
-        let ratio = || of(rule).map(|(_, &(ratio, _))| ratio);
-        (
-            ratio().fold(f64::MAX, f64::min),
-            ratio().fold(f64::MIN, f64::max),
-        )
-    };
+    let header = "corners,alpha,n,measured_over_eq11,standard_error";
+    report::write_csv(lab.folder, "equation11", header, &rows.collect::<Vec<_>>())?;
     let mut series = Vec::new();
     for (i, alpha) in ALPHAS.into_iter().enumerate() {
-        let at = || of(Rule::Random).filter(move |(setting, _)| setting.1 == alpha);
-        let n = |depth: u32| f64::from(depth).exp2() * (1.0 + 0.04 * (i as f64 - 1.5));
-        let bars = at()
-            .map(|(s, &(ratio, error))| [n(s.2), ratio - 2.0 * error, ratio + 2.0 * error])
-            .collect();
-        let points = at().map(|(s, &(ratio, _))| [n(s.2), ratio]).collect();
+        let at = of(Rule::Random).filter(|(setting, _)| setting.alpha[0] == alpha);
+        let (mut bars, mut points) = (Vec::new(), Vec::new());
+        for (setting, (ratio, error)) in at {
+            let n = leaves(setting.depth) * (1.0 + 0.04 * (i as f64 - 1.5));
+            bars.push([n, ratio - 2.0 * error, ratio + 2.0 * error]);
+            points.push([n, *ratio]);
+        }
         series.push(Series::new("", i, Shape::Intervals(bars)));
-        series.push(Series::new(
-            format!("alpha {alpha}"),
-            i,
-            Shape::Points(points),
-        ));
+        let name = format!("alpha {alpha}");
+        series.push(Series::new(name, i, Shape::Points(points)));
     }
     let chart = Chart {
         title: "Measured over Eq 11, uniform offsets, random corners (bars: 2 standard errors)"
@@ -83,28 +66,24 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         y: Axis::linear("N_v / Eq 11"),
         series,
     };
-    let (random, fixed) = (range(Rule::Random), range(Rule::Fixed));
+    let [random, fixed] = [Rule::Random, Rule::Fixed].map(|rule| range(of(rule).map(|(_, r)| r.0)));
     let misses = of(Rule::Random)
         .filter(|(_, (ratio, error))| (ratio - 1.0).abs() > 3.0 * error)
         .count();
     let all = of(Rule::Random).count();
-    Ok(Section {
-        id: "equation11".to_owned(),
-        title: "Eq 11: the mean over all placements".to_owned(),
-        lead: Lead::Claim(
-            "N_v is at most the sum of (4 alpha_x alpha_y alpha_z)^l over the levels l.".to_owned(),
-            if misses * 20 <= all {
-                Verdict::Holds
-            } else {
-                Verdict::DoesNotHold
-            },
+    Ok(Section::claims(
+        "equation11",
+        "Eq 11: the mean over all placements",
+        (
+            "N_v is at most the sum of (4 alpha_x alpha_y alpha_z)^l over the levels l.",
+            (misses * 20 <= all).into(),
         ),
-        measured: format!(
+        format!(
             "For the mean over all placements at which the roots meet it is an equality, whatever the corners. Measured over \
-             predicted: {:.2} to {:.2} with random corners ({} of {all} means are more than 3 standard errors off), {:.2} \
+             predicted: {:.2} to {:.2} with random corners ({misses} of {all} means are more than 3 standard errors off), {:.2} \
              to {:.2} with fixed corners, where few deep overlaps of two diagonals make up the mean.",
-            random.0, random.1, misses, fixed.0, fixed.1
+            random[0], random[1], fixed[0], fixed[1]
         ),
-        blocks: vec![lab.plot("equation11", &chart)?],
-    })
+        vec![lab.plot("equation11", &chart)?],
+    ))
 }

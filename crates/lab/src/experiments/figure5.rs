@@ -1,25 +1,15 @@
 //! Figure 5: `N_v` against `n`, the mean over delta = 0 ... 0.9, against Eq 11.
 
-use crate::delta::overlap_probability;
-use crate::fit::PowerLaw;
+use crate::delta::exact_visits;
 use crate::paper;
+use crate::statistics::range;
 
-use super::Lab;
 use super::sample::{Mean, Rule, Setting};
-use crate::report::{
-    Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short,
-};
+use super::{Lab, exponent, leaves};
+use crate::report::{Axis, Block, Chart, Failure, Section, Series, Shape, Table, short};
 
 const ALPHAS: [f64; 2] = [0.7, 0.9];
 const LAST: usize = 5;
-
-/// `N_v` of artificial trees at `delta`, the exact mean over lateral offsets and random corners, level by level.
-pub fn exact_visits(alpha: [f64; 3], delta: f64, depth: u32) -> f64 {
-    let lateral = alpha[1] * alpha[2];
-    let probability =
-        |l: u32| overlap_probability(alpha[0], l, 1.0 - delta) * lateral.powi(l as i32);
-    (0..=depth).map(|l| paper::eq1(l, probability(l))).sum()
-}
 
 fn deltas() -> impl Iterator<Item = f64> {
     (0..10).map(|i| f64::from(i) / 10.0)
@@ -37,83 +27,10 @@ fn mean_over_deltas(lab: &Lab, alpha: f64, depth: u32, rule: Rule) -> Mean {
         setting.mean(&lab.effort(), u64::from(depth))
     };
     let means: Vec<Mean> = deltas().map(at).collect();
-    let value = means.iter().map(|mean| mean.value).sum::<f64>() / 10.0;
+    let squares: f64 = means.iter().map(|mean| mean.error * mean.error).sum();
     Mean {
-        value,
-        error: means
-            .iter()
-            .map(|mean| mean.error * mean.error)
-            .sum::<f64>()
-            .sqrt()
-            / 10.0,
-    }
-}
-
-/// `N_v` for each number of leaves at one alpha.
-struct Curves {
-    n: Vec<f64>,
-    random: Vec<f64>,
-    fixed: Vec<f64>,
-    eq11: Vec<f64>,
-    exact: Vec<f64>,
-}
-
-impl Curves {
-    fn points(&self, values: &[f64]) -> Vec<[f64; 2]> {
-        self.n
-            .iter()
-            .zip(values)
-            .map(|(&n, &value)| [n, value])
-            .collect()
-    }
-
-    /// The exponent over the last sizes.
-    fn exponent(&self, values: &[f64]) -> f64 {
-        let points = self.points(values);
-        PowerLaw::fit(&points[points.len() - LAST..]).map_or(f64::NAN, |law| law.exponent())
-    }
-
-    /// A line of the table: exponents, then how the largest counts compare with Eq 11.
-    fn row(&self, alpha: f64) -> Vec<String> {
-        let Self {
-            random,
-            fixed,
-            eq11,
-            ..
-        } = self;
-        let last = self.n.len() - 1;
-        let exponents = [eq11, random, fixed].map(|values| self.exponent(values));
-        let ratios = [random, fixed].map(|values| values[last] / eq11[last]);
-        std::iter::once(alpha)
-            .chain(exponents)
-            .chain(ratios)
-            .map(short)
-            .collect()
-    }
-
-    fn series(&self, alpha: f64, color: usize) -> [Series; 4] {
-        [
-            Series::new(
-                format!("random corners, alpha {alpha}"),
-                color,
-                Shape::Points(self.points(&self.random)),
-            ),
-            Series::new(
-                format!("fixed corners, alpha {alpha}"),
-                color + 1,
-                Shape::Points(self.points(&self.fixed)),
-            ),
-            Series::new(
-                format!("Eq 11, alpha {alpha}"),
-                color,
-                Shape::Line(self.points(&self.eq11)),
-            ),
-            Series::new(
-                format!("exact, alpha {alpha}"),
-                color,
-                Shape::Dashed(self.points(&self.exact)),
-            ),
-        ]
+        value: means.iter().map(|mean| mean.value).sum::<f64>() / 10.0,
+        error: squares.sqrt() / 10.0,
     }
 }
 
@@ -132,7 +49,7 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     };
     let bounded = settings.iter().zip(&means).all(within);
 
-    let (mut csv, mut series, mut table, mut ratios) =
+    let (mut csv, mut series, mut table, mut words) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (i, (alpha, means)) in ALPHAS
         .into_iter()
@@ -140,70 +57,57 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         .enumerate()
     {
         let (random, fixed) = means.split_at(depths.len());
-        let values = |means: &[Mean]| means.iter().map(|mean| mean.value).collect();
-        let exact = |depth: u32| {
-            deltas()
-                .map(|delta| exact_visits([alpha; 3], delta, depth))
-                .sum::<f64>()
-                / 10.0
+        let values = |of: &dyn Fn(usize) -> f64| {
+            let points = depths.iter().enumerate();
+            let points = points.map(|(k, &depth)| [leaves(depth), of(k)]);
+            points.collect::<Vec<[f64; 2]>>()
         };
-        let curves = Curves {
-            n: depths
-                .iter()
-                .map(|&depth| f64::from(depth).exp2())
-                .collect(),
-            random: values(random),
-            fixed: values(fixed),
-            eq11: depths
-                .iter()
-                .map(|&depth| paper::eq11([alpha; 3], depth))
-                .collect(),
-            exact: depths.iter().map(|&depth| exact(depth)).collect(),
+        let exact = |k: usize| {
+            let visits = deltas().map(|delta| exact_visits([alpha; 3], delta, depths[k]));
+            visits.sum::<f64>() / 10.0
         };
-        let Curves {
-            n,
-            random,
-            fixed,
-            eq11,
-            exact,
-        } = &curves;
-        for k in 0..n.len() {
-            csv.push(
-                [alpha, n[k], random[k], fixed[k], eq11[k], exact[k]]
-                    .map(|x| x.to_string())
-                    .to_vec(),
-            );
-            ratios.push(random[k] / exact[k]);
-        }
-        table.push(curves.row(alpha));
-        series.extend(curves.series(alpha, 2 * i));
+        let curves = [
+            values(&|k| random[k].value),
+            values(&|k| fixed[k].value),
+            values(&|k| paper::eq11([alpha; 3], depths[k])),
+            values(&exact),
+        ];
+        let [random, fixed, eq11, exact] = &curves;
+        csv.extend((0..depths.len()).map(|k| {
+            let [random, fixed, eq11, exact] = curves.each_ref().map(|curve| curve[k][1]);
+            [alpha, leaves(depths[k]), random, fixed, eq11, exact]
+        }));
+        let exponents = [eq11, random, fixed].map(|curve| exponent(curve, LAST));
+        let last = depths.len() - 1;
+        let ratios = [random, fixed].map(|curve| curve[last][1] / eq11[last][1]);
+        let row = [alpha].into_iter().chain(exponents).chain(ratios);
+        let row: Vec<String> = row.map(short).collect();
+        words.push(format!(
+            "alpha {}: exponent {} against {}, N_v / Eq 11 = {}",
+            row[0], row[2], row[1], row[4]
+        ));
+        table.push(row);
+        let name = |what: &str| format!("{what}, alpha {alpha}");
+        let color = 2 * i;
+        series.extend([
+            Series::new(name("random corners"), color, Shape::Points(random.clone())),
+            Series::new(
+                name("fixed corners"),
+                color + 1,
+                Shape::Points(fixed.clone()),
+            ),
+            Series::new(name("Eq 11"), color, Shape::Line(eq11.clone())),
+            Series::new(name("exact"), color, Shape::Dashed(exact.clone())),
+        ]);
     }
-    lab.csv(
-        "figure5",
-        "alpha,n,random_corners,fixed_corners,eq11,exact",
-        &csv,
-    )?;
+    let [least, most] = range(csv.iter().map(|[_, _, random, _, _, exact]| random / exact));
+    let header = "alpha,n,random_corners,fixed_corners,eq11,exact";
+    lab.csv("figure5", header, csv)?;
     let chart = Chart {
         title: "Figure 5: mean over delta = 0, 0.1 ... 0.9".to_owned(),
         x: Axis::log("leaves n"),
         y: Axis::log("N_v"),
         series,
-    };
-    section(lab, &chart, table, &ratios, bounded)
-}
-
-fn section(
-    lab: &Lab,
-    chart: &Chart,
-    table: Vec<Vec<String>>,
-    ratios: &[f64],
-    bounded: bool,
-) -> Result<Section, Failure> {
-    let words = |row: &Vec<String>| {
-        format!(
-            "alpha {}: exponent {} against {}, N_v / Eq 11 = {}",
-            row[0], row[2], row[1], row[4]
-        )
     };
     let header = [
         "alpha",
@@ -213,27 +117,20 @@ fn section(
         "N_v / Eq 11, random, largest n",
         "N_v / Eq 11, fixed, largest n",
     ];
-    Ok(Section {
-        id: "figure5".to_owned(),
-        title: "Figure 5: mean over delta".to_owned(),
-        lead: Lead::Claim(
-            "Averaged over delta = 0 ... 0.9, Eq 11 is an upper bound and has the right growth."
-                .to_owned(),
-            if bounded {
-                Verdict::Holds
-            } else {
-                Verdict::DoesNotHold
-            },
+    Ok(Section::claims(
+        "figure5",
+        "Figure 5: mean over delta",
+        (
+            "Averaged over delta = 0 ... 0.9, Eq 11 is an upper bound and has the right growth.",
+            bounded.into(),
         ),
-        measured: format!(
-            "{}. Measured over the exact mean of our delta model: {:.2} to {:.2}.",
-            table.iter().map(words).collect::<Vec<_>>().join("; "),
-            ratios.iter().copied().fold(f64::MAX, f64::min),
-            ratios.iter().copied().fold(f64::MIN, f64::max),
+        format!(
+            "{}. Measured over the exact mean of our delta model: {least:.2} to {most:.2}.",
+            words.join("; ")
         ),
-        blocks: vec![
-            lab.plot("figure5", chart)?,
+        vec![
+            lab.plot("figure5", &chart)?,
             Block::Table(Table::new(header, table)),
         ],
-    })
+    ))
 }

@@ -1,13 +1,11 @@
 //! Figure 6: `N_v` against `n` for several delta.
 
-use crate::delta::AxisTable;
-use crate::fit::PowerLaw;
+use crate::delta::{AxisTable, exact_visits};
 use crate::paper;
 
-use super::Lab;
-use super::figure5::exact_visits;
 use super::sample::{Rule, Setting};
-use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict};
+use super::{Lab, exponent, leaves};
+use crate::report::{Axis, Block, Chart, Failure, Section, Series, Shape, Table};
 
 const ALPHAS: [f64; 3] = [0.6, 0.7, 0.8];
 const DELTAS: [f64; 6] = [0.1, 0.2, 0.4, 0.6, 0.8, 0.9];
@@ -56,33 +54,21 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         };
         setting.mean(&lab.effort(), u64::from(depth)).value
     });
-    let csv = settings
-        .iter()
-        .zip(&means)
-        .map(|(&(alpha, delta, depth), &mean)| {
-            let (eq11, exact) = (
-                paper::eq11([alpha; 3], depth),
-                exact_visits([alpha; 3], delta, depth),
-            );
-            [alpha, delta, f64::from(depth).exp2(), mean, eq11, exact]
-                .map(|x| x.to_string())
-                .to_vec()
-        });
-    lab.csv(
-        "figure6",
-        "alpha,delta,n,random_corners,eq11,exact",
-        &csv.collect::<Vec<_>>(),
-    )?;
+    let csv = settings.iter().zip(&means);
+    let csv = csv.map(|(&(alpha, delta, depth), &mean)| {
+        let eq11 = paper::eq11([alpha; 3], depth);
+        let exact = exact_visits([alpha; 3], delta, depth);
+        [alpha, delta, leaves(depth), mean, eq11, exact]
+    });
+    lab.csv("figure6", "alpha,delta,n,random_corners,eq11,exact", csv)?;
 
     let (mut blocks, mut rows, mut worst) = (Vec::new(), Vec::new(), [0f64; 2]);
-    let exponent = |points: &[[f64; 2]]| {
-        PowerLaw::fit(&points[points.len() - LAST..]).map_or(f64::NAN, |law| law.exponent())
-    };
+    let exponent = |points: &[[f64; 2]]| exponent(points, LAST);
     for alpha in ALPHAS {
         let of_depth = |visits: &dyn Fn(u32) -> f64| -> Vec<[f64; 2]> {
             depths
                 .iter()
-                .map(|&depth| [f64::from(depth).exp2(), visits(depth)])
+                .map(|&depth| [leaves(depth), visits(depth)])
                 .collect()
         };
         let eq11 = of_depth(&|depth| paper::eq11([alpha; 3], depth));
@@ -93,8 +79,7 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
                 .iter()
                 .zip(&means)
                 .filter(|(s, _)| s.0 == alpha && s.1 == delta);
-            let points: Vec<[f64; 2]> =
-                at.map(|(s, mean)| [f64::from(s.2).exp2(), *mean]).collect();
+            let points: Vec<[f64; 2]> = at.map(|(s, mean)| [leaves(s.2), *mean]).collect();
             let found = exponent(&points);
             let worst = &mut worst[usize::from(delta >= DEEP)];
             *worst = worst.max((found - exponent(&eq11)).abs());
@@ -132,24 +117,19 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     ));
     blocks.push(Block::Table(table));
     let [shallow, deep] = worst;
-    Ok(Section {
-        id: "figure6".to_owned(),
-        title: "Figure 6: growth at a given delta".to_owned(),
-        lead: Lead::Claim(
-            "Asymptotically, N_v depends on delta only to a minor extent: at any delta it grows with the exponent of Eq 11."
-                .to_owned(),
-            if from_limit < 0.01 {
-                Verdict::Holds
-            } else {
-                Verdict::DoesNotHold
-            },
+    Ok(Section::claims(
+        "figure6",
+        "Figure 6: growth at a given delta",
+        (
+            "Asymptotically, N_v depends on delta only to a minor extent: at any delta it grows with the exponent of Eq 11.",
+            (from_limit < 0.01).into(),
         ),
-        measured: format!(
+        format!(
             "At n = 2^{} the exact exponents are within {from_limit:.3} of the limit of Eq 11, at every alpha and delta. At \
              the sizes counted they are within {deep:.2} of those of Eq 11 from delta = {DEEP} on, and up to {shallow:.2} \
              off below: the corner that overlaps runs out of boxes.",
             LEVELS[LEVELS.len() - 1]
         ),
         blocks,
-    })
+    ))
 }

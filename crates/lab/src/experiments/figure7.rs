@@ -2,9 +2,10 @@
 
 use crate::paper;
 
-use super::Lab;
 use super::sample::{Rule, Setting};
-use crate::report::{Axis, Failure, HeatMap, Lead, Section};
+use super::{Lab, leaves};
+use crate::report::{Axis, Failure, HeatMap, Section};
+use crate::statistics::range;
 
 /// Cells of 0.05 by 0.1, named by their middles.
 const ALPHAS: [f64; 9] = [0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9];
@@ -18,8 +19,9 @@ fn edges(middles: &[f64]) -> Vec<f64> {
 }
 
 /// Largest and least of some numbers, apart.
-fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
+fn spread(values: impl Iterator<Item = f64>) -> f64 {
+    let [low, high] = range(values);
+    high - low
 }
 
 pub fn run(lab: &Lab) -> Result<Section, Failure> {
@@ -41,20 +43,12 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         };
         setting.mean(&lab.effort(), 7).value
     });
-    let csv = settings
-        .iter()
-        .zip(&means)
-        .map(|(&(depth, alpha, delta), &mean)| {
-            let ratio = (mean / paper::eq11([alpha; 3], depth)).log2();
-            [f64::from(depth).exp2(), alpha, delta, mean, ratio]
-                .map(|x| x.to_string())
-                .to_vec()
-        });
-    lab.csv(
-        "figure7",
-        "n,alpha,delta,visits,log2_visits_over_eq11",
-        &csv.collect::<Vec<_>>(),
-    )?;
+    let csv = settings.iter().zip(&means);
+    let csv = csv.map(|(&(depth, alpha, delta), &mean)| {
+        let ratio = (mean / paper::eq11([alpha; 3], depth)).log2();
+        [leaves(depth), alpha, delta, mean, ratio]
+    });
+    lab.csv("figure7", "n,alpha,delta,visits,log2_visits_over_eq11", csv)?;
     let mut blocks = Vec::new();
     for (depth, values) in depths
         .into_iter()
@@ -88,14 +82,14 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     let from_eq11 =
         |i: usize| logs[at_80 * DELTAS.len() + i] - paper::eq11([ALPHAS[at_80]; 3], deepest).log2();
     let over_alpha = spread((0..ALPHAS.len()).map(|alpha| logs[alpha * DELTAS.len() + 4]));
-    Ok(Section {
-        id: "figure7".to_owned(),
-        title: "Figure 7: delta and alpha".to_owned(),
-        lead: Lead::Shows(format!(
+    Ok(Section::shows(
+        "figure7",
+        "Figure 7: delta and alpha",
+        format!(
             "How N_v is distributed over alpha and delta, at n = {} and n = {n}.",
             1 << depths[0]
-        )),
-        measured: format!(
+        ),
+        format!(
             "At n = {n} and alpha = 0.8, N_v changes by a factor of 2^{over_delta:.1} from delta = 0.1 to 0.9; \
              log2(N_v / Eq 11) runs from {:.1} to {:.1}. At delta = 0.4 it changes by 2^{over_alpha:.1} from alpha = 0.5 to \
              0.9.",
@@ -103,5 +97,5 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
             from_eq11(9),
         ),
         blocks,
-    })
+    ))
 }

@@ -50,15 +50,12 @@ pub fn load(files: &str) -> Result<Ladder, Failure> {
         .iter()
         .map(|file| file.file_stem().unwrap_or_default().to_string_lossy())
         .collect();
-    let common = |a: &str, b: &str| a.chars().zip(b.chars()).take_while(|(a, b)| a == b).count();
-    let length = stems
-        .iter()
-        .map(|stem| common(stem, &stems[0]))
-        .min()
-        .unwrap_or(0);
-    let name: String = stems[0]
+    let common = stems.iter().fold(stems[0].to_string(), |common, stem| {
+        let both = common.chars().zip(stem.chars());
+        both.take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
+    });
+    let name: String = common
         .chars()
-        .take(length)
         .filter(|c| !c.is_control() && *c != ',')
         .collect();
     let name = name.trim_end_matches(|c: char| !c.is_alphabetic());

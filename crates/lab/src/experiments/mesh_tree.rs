@@ -3,42 +3,23 @@
 //! The library's own trees are eight wide, their boxes turned to fit, and their leaves hold up to eight triangles; so the
 //! paper's tree is built here. Splits by the surface-area heuristic over 16 bins an axis, `O(n log n)`.
 
-use crate::offset::LevelShape;
 use crate::traversal::BinaryNode;
-use punctual::Mesh;
 use punctual::glam::{DMat3, DVec3};
+use punctual::{Aabb, Mesh};
 
-#[derive(Clone, Copy)]
-struct Bounds {
-    min: DVec3,
-    max: DVec3,
+fn area(bounds: &Aabb) -> f64 {
+    let e = bounds.extents();
+    e.x * e.y + e.y * e.z + e.z * e.x
 }
 
-impl Bounds {
-    const EMPTY: Self = Self {
-        min: DVec3::INFINITY,
-        max: DVec3::NEG_INFINITY,
-    };
-
-    fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
-    }
-
-    fn area(self) -> f64 {
-        let e = self.max - self.min;
-        e.x * e.y + e.y * e.z + e.z * e.x
-    }
-
-    fn center(self) -> DVec3 {
-        (self.min + self.max) * 0.5
-    }
+fn union<'b>(boxes: impl IntoIterator<Item = &'b Aabb>) -> Aabb {
+    boxes
+        .into_iter()
+        .fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
 }
 
 struct Node {
-    bounds: Bounds,
+    bounds: Aabb,
     /// Index of the second child, the first comes next; 0 for a leaf.
     second: usize,
 }
@@ -51,13 +32,9 @@ pub struct MeshTree {
 impl MeshTree {
     /// The tree of a mesh with triangles, turned by `rotation` first.
     pub fn new(mesh: &Mesh, rotation: &DMat3) -> Self {
-        let bounds = |i: usize| {
-            let corners = mesh.triangle(i).map(|corner| *rotation * corner);
-            corners
-                .iter()
-                .fold(Bounds::EMPTY, |b, &x| b.union(Bounds { min: x, max: x }))
-        };
-        let mut boxes: Vec<Bounds> = (0..mesh.len()).map(bounds).collect();
+        let triangles = (0..mesh.len()).map(|i| mesh.triangle(i));
+        let turned = triangles.map(|corners| corners.map(|corner| *rotation * corner));
+        let mut boxes: Vec<Aabb> = turned.map(Aabb::from_points).collect();
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * boxes.len()),
         };
@@ -65,10 +42,12 @@ impl MeshTree {
         tree
     }
 
-    fn split(&mut self, boxes: &mut [Bounds]) {
+    fn split(&mut self, boxes: &mut [Aabb]) {
         let index = self.nodes.len();
-        let bounds = boxes.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
-        self.nodes.push(Node { bounds, second: 0 });
+        self.nodes.push(Node {
+            bounds: union(&*boxes),
+            second: 0,
+        });
         if boxes.len() > 1 {
             let middle = partition(boxes);
             let (first, second) = boxes.split_at_mut(middle);
@@ -88,7 +67,7 @@ impl MeshTree {
 
     /// Full extents of the root's box.
     pub fn extents(&self) -> DVec3 {
-        self.nodes[0].bounds.max - self.nodes[0].bounds.min
+        self.nodes[0].bounds.extents()
     }
 
     /// The root of the tree moved by `shift`.
@@ -108,7 +87,7 @@ impl MeshTree {
     /// Diminishing factor along each axis, end to end: `(mean leaf extent / root extent)^(1 / log2 n)`.
     pub fn alpha(&self) -> [f64; 3] {
         let leaves = self.nodes.iter().filter(|node| node.second == 0);
-        let sum: DVec3 = leaves.map(|leaf| leaf.bounds.max - leaf.bounds.min).sum();
+        let sum: DVec3 = leaves.map(|leaf| leaf.bounds.extents()).sum();
         let n = self.leaves() as f64;
         let ratio = (sum / n / self.extents()).to_array();
         ratio.map(|ratio| {
@@ -118,40 +97,6 @@ impl MeshTree {
                 1.0
             }
         })
-    }
-
-    /// What each level below the root looks like around the root's centre; leaves of higher levels go down with it.
-    pub fn levels(&self) -> Vec<LevelShape> {
-        let mut levels = Vec::new();
-        let mut nodes = self.below(&[0]);
-        loop {
-            let boxes = || nodes.iter().map(|&i| self.nodes[i].bounds);
-            let count = nodes.len() as f64;
-            let center = boxes().map(|b| b.center() - self.center()).sum::<DVec3>() / count;
-            levels.push(LevelShape {
-                count,
-                half_extent: boxes().map(|b| (b.max - b.min) * 0.5).sum::<DVec3>() / count,
-                center,
-                variance: boxes()
-                    .map(|b| (b.center() - self.center() - center).powf(2.0))
-                    .sum::<DVec3>()
-                    / count,
-            });
-            let next = self.below(&nodes);
-            if next.len() == nodes.len() {
-                return levels;
-            }
-            nodes = next;
-        }
-    }
-
-    /// The children of some nodes, leaves for themselves.
-    fn below(&self, nodes: &[usize]) -> Vec<usize> {
-        let children = |&i: &usize| match self.nodes[i].second {
-            0 => [Some(i), None],
-            second => [Some(i + 1), Some(second)],
-        };
-        nodes.iter().flat_map(children).flatten().collect()
     }
 }
 
@@ -175,18 +120,7 @@ impl BinaryNode for MeshNode<'_> {
 
     fn children(&self) -> Option<[Self; 2]> {
         let second = self.tree.nodes[self.index].second;
-        (second > 0).then(|| {
-            [
-                Self {
-                    index: self.index + 1,
-                    ..*self
-                },
-                Self {
-                    index: second,
-                    ..*self
-                },
-            ]
-        })
+        (second > 0).then(|| [self.index + 1, second].map(|index| Self { index, ..*self }))
     }
 }
 
@@ -194,32 +128,25 @@ const BINS: usize = 16;
 
 /// Reorders the boxes and returns how many are on the first side, neither none nor all: the cheapest border between bins,
 /// half and half where no border divides them.
-fn partition(boxes: &mut [Bounds]) -> usize {
-    let centers = boxes.iter().fold(Bounds::EMPTY, |all, b| {
-        all.union(Bounds {
-            min: b.center(),
-            max: b.center(),
-        })
-    });
-    let extent = centers.max - centers.min;
-    let bin = |b: &Bounds, axis: usize| {
+fn partition(boxes: &mut [Aabb]) -> usize {
+    let centers = Aabb::from_points(boxes.iter().map(Aabb::center));
+    let extent = centers.extents();
+    let bin = |b: &Aabb, axis: usize| {
         let share = (b.center()[axis] - centers.min[axis]) / extent[axis];
         ((share * BINS as f64) as usize).min(BINS - 1)
     };
     let mut best = (f64::INFINITY, 0, 0);
     for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
-        let mut bins = [(Bounds::EMPTY, 0.0); BINS];
+        let mut bins = [(Aabb::EMPTY, 0.0); BINS];
         for b in &*boxes {
             let bin = &mut bins[bin(b, axis)];
-            *bin = (bin.0.union(*b), bin.1 + 1.0);
+            *bin = (bin.0.union(b), bin.1 + 1.0);
         }
         for border in 1..BINS {
-            let side = |bins: &[(Bounds, f64)]| {
-                let all = bins.iter().fold((Bounds::EMPTY, 0.0), |all, bin| {
-                    (all.0.union(bin.0), all.1 + bin.1)
-                });
-                if all.1 > 0.0 {
-                    all.0.area() * all.1
+            let side = |bins: &[(Aabb, f64)]| {
+                let count: f64 = bins.iter().map(|bin| bin.1).sum();
+                if count > 0.0 {
+                    area(&union(bins.iter().map(|bin| &bin.0))) * count
                 } else {
                     f64::INFINITY
                 }
@@ -265,14 +192,9 @@ mod tests {
         {
             let both = tree.nodes[i + 1]
                 .bounds
-                .union(tree.nodes[node.second].bounds);
+                .union(&tree.nodes[node.second].bounds);
             assert_eq!((both.min, both.max), (node.bounds.min, node.bounds.max));
         }
-        let levels = tree.levels();
-        assert_eq!(
-            (levels[0].count, levels[levels.len() - 1].count),
-            (2.0, mesh.len() as f64)
-        );
     }
 
     #[test]
@@ -280,14 +202,8 @@ mod tests {
         let mesh = shapes::icosphere(2);
         let tree = MeshTree::new(&mesh, &DMat3::IDENTITY);
         let shift = DVec3::new(0.9, 0.4, -0.3);
-        let boxes = |i: usize, shift: DVec3| {
-            let [a, b, c] = mesh.triangle(i).map(|x| x + shift);
-            (a.min(b).min(c), a.max(b).max(c))
-        };
-        let meets = |i: usize, j: usize| {
-            let ((a, b), (c, d)) = (boxes(i, DVec3::ZERO), boxes(j, shift));
-            a.cmple(d).all() && c.cmple(b).all()
-        };
+        let boxes = |i: usize, shift| Aabb::from_points(mesh.triangle(i).map(|x| x + shift));
+        let meets = |i: usize, j: usize| boxes(i, DVec3::ZERO).intersects(&boxes(j, shift));
         let expected = (0..mesh.len())
             .map(|i| (0..mesh.len()).filter(|&j| meets(i, j)).count() as u64)
             .sum::<u64>();

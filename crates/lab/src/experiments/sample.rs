@@ -1,8 +1,8 @@
 //! Means over random runs, on all cores, the same on any number of them.
 
 use std::num::NonZero;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use crate::artificial::{ArtificialTree, Corners, Random};
@@ -138,15 +138,17 @@ impl Setting {
 /// `run` of every item, on all cores; the order of the results is that of the items.
 pub fn parallel<I: Sync, O: Send>(items: &[I], run: impl Fn(&I) -> O + Sync) -> Vec<O> {
     let next = AtomicUsize::new(0);
-    let results: Vec<Mutex<Option<O>>> = items.iter().map(|_| Mutex::new(None)).collect();
+    let one = || {
+        let i = next.fetch_add(1, Ordering::Relaxed);
+        items.get(i).map(|item| (i, run(item)))
+    };
+    let results = Mutex::new(Vec::with_capacity(items.len()));
     let work = || {
-        loop {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(i) else { break };
-            let result = run(item);
-            *results[i]
+        while let Some(result) = one() {
+            results
                 .lock()
-                .unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(result);
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(result);
         }
     };
     thread::scope(|scope| {
@@ -154,13 +156,9 @@ pub fn parallel<I: Sync, O: Send>(items: &[I], run: impl Fn(&I) -> O + Sync) -> 
             scope.spawn(work);
         }
     });
-    results
-        .into_iter()
-        .filter_map(|slot| {
-            slot.into_inner()
-                .unwrap_or_else(|poisoned| poisoned.into_inner())
-        })
-        .collect()
+    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    results.sort_unstable_by_key(|(i, _)| *i);
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
 //! How skewed `N_v` is: single queries around the mean that the equations give.
 
 use crate::artificial::Random;
+use crate::delta::exact_visits;
 use crate::paper;
 
 use super::Lab;
-use super::figure5::exact_visits;
 use super::sample::{Rule, Setting, Spread};
-use crate::report::{Axis, Chart, Failure, Lead, Section, Series, Shape, Verdict, short};
+use crate::report::{Axis, Chart, Failure, Section, Series, Shape, Verdict, short};
 use crate::statistics::{quantile, sorted};
 
 const ALPHA: [f64; 3] = [0.8; 3];
@@ -56,16 +56,8 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         .iter()
         .map(|&delta| exact_visits(ALPHA, delta, depth))
         .collect();
-    let rows = (0..deltas.len()).map(|i| {
-        [deltas[i], low[i], median[i], high[i], exact[i]]
-            .map(|x| x.to_string())
-            .to_vec()
-    });
-    lab.csv(
-        "spread",
-        "delta,p10,median,p90,exact_mean",
-        &rows.collect::<Vec<_>>(),
-    )?;
+    let rows = (0..deltas.len()).map(|i| [deltas[i], low[i], median[i], high[i], exact[i]]);
+    lab.csv("spread", "delta,p10,median,p90,exact_mean", rows)?;
 
     let along = |values: &[f64]| {
         deltas
@@ -103,14 +95,14 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         y: Axis::linear("share of the queries").range(0.0..1.1 * highest),
         series: vec![Series::new("", 0, Shape::Columns(bins))],
     };
-    Ok(Section {
-        id: "spread".to_owned(),
-        title: "What a mean hides".to_owned(),
-        lead: Lead::Claim(
-            "The paper gives a mean and calls it the expected running time.".to_owned(),
+    Ok(Section::claims(
+        "spread",
+        "What a mean hides",
+        (
+            "The paper gives a mean and calls it the expected running time.",
             Verdict::HoldsInPart,
         ),
-        measured: format!(
+        format!(
             "It is one, but no query is like it: at alpha = 0.8, n = {n}, over delta = 0.05 ... 1, the median N_v is {}, the \
              mean {}, the 90 % quantile {}, the largest {}.",
             short(median),
@@ -118,9 +110,9 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
             short(p90),
             short(most)
         ),
-        blocks: vec![
+        vec![
             lab.plot("spread", &over_delta)?,
             lab.plot("spread_histogram", &columns)?,
         ],
-    })
+    ))
 }

@@ -20,18 +20,18 @@ pub struct Axis {
 impl Axis {
     /// Values at places in proportion to them.
     pub fn linear(label: &str) -> Self {
-        Self {
-            label: label.to_owned(),
-            scale: Scale::Linear,
-            range: None,
-        }
+        Self::new(label, Scale::Linear)
     }
 
     /// Values at places in proportion to their logarithms; those that are not positive are not drawn.
     pub fn log(label: &str) -> Self {
+        Self::new(label, Scale::Log)
+    }
+
+    fn new(label: &str, scale: Scale) -> Self {
         Self {
             label: label.to_owned(),
-            scale: Scale::Log,
+            scale,
             range: None,
         }
     }

@@ -1,10 +1,8 @@
 //! Charts: lines, points, bands, intervals and columns between two axes.
 
-use plotters::prelude::*;
-
-use super::frame::{self, Canvas, Frame, ROW, WIDTH, pixels, point};
+use super::frame::{self, Frame, LEFT, ROW, WIDTH, polyline};
 use super::palette::SERIES;
-use super::{Axis, Draw, Failure, PIXELS};
+use super::{Axis, Draw};
 
 /// A chart with a legend above it.
 pub struct Chart {
@@ -21,7 +19,7 @@ pub struct Chart {
 /// Some points of one colour; without a name they are not in the legend. What is outside a fixed range is not drawn.
 pub struct Series {
     name: String,
-    color: RGBColor,
+    color: usize,
     shape: Shape,
 }
 
@@ -41,12 +39,23 @@ pub enum Shape {
     Columns(Vec<[f64; 3]>),
 }
 
+impl Shape {
+    /// A line through points, dashed or not.
+    pub fn line(points: Vec<[f64; 2]>, is_dashed: bool) -> Self {
+        if is_dashed {
+            Self::Dashed(points)
+        } else {
+            Self::Line(points)
+        }
+    }
+}
+
 impl Series {
     /// Series with the same `color` number look alike; there are eight.
     pub fn new(name: impl Into<String>, color: usize, shape: Shape) -> Self {
         Self {
             name: name.into(),
-            color: SERIES[color % SERIES.len()].light,
+            color: color % SERIES,
             shape,
         }
     }
@@ -65,197 +74,101 @@ impl Series {
         }
     }
 
-    fn draw<DB: DrawingBackend<ErrorType: 'static>>(
-        &self,
-        canvas: &Canvas<DB>,
-        frame: &Frame,
-    ) -> Result<(), Failure> {
+    fn svg(&self, frame: &Frame) -> String {
+        let nearest = |x, y| frame.nearest_place(x, y);
         match &self.shape {
-            Shape::Line(points) => {
-                for piece in pieces(points, frame) {
-                    canvas.draw(&PathElement::new(piece, self.stroke()))?;
-                }
-            }
-            Shape::Dashed(points) => {
-                for dash in pieces(points, frame).iter().flat_map(|piece| dashes(piece)) {
-                    canvas.draw(&PathElement::new(dash, self.stroke()))?;
-                }
+            Shape::Line(points) | Shape::Dashed(points) => {
+                // What is outside the frame parts a line.
+                let places: Vec<_> = points.iter().map(|&[x, y]| frame.place(x, y)).collect();
+                let pieces = places.split(Option::is_none);
+                let pieces = pieces.map(|piece| piece.iter().flatten().copied().collect());
+                pieces.map(|piece: Vec<_>| self.outline(&piece)).collect()
             }
             Shape::Points(points) => {
-                for pixel in points.iter().filter_map(|&[x, y]| frame.pixel(x, y)) {
-                    canvas.draw(&Circle::new(pixel, pixels(3.5), self.color.filled()))?;
-                }
+                let places = points.iter().filter_map(|&[x, y]| frame.place(x, y));
+                places.map(|place| self.dot(place)).collect()
             }
             Shape::Band(bars) => {
-                let low = bars
-                    .iter()
-                    .filter_map(|&[x, low, _]| frame.nearest_pixel(x, low));
+                let low = bars.iter().filter_map(|&[x, low, _]| nearest(x, low));
                 let high = bars
                     .iter()
                     .rev()
-                    .filter_map(|&[x, _, high]| frame.nearest_pixel(x, high));
-                canvas.draw(&Polygon::new(
-                    low.chain(high).collect::<Vec<_>>(),
-                    self.color.mix(0.2),
-                ))?;
+                    .filter_map(|&[x, _, high]| nearest(x, high));
+                self.outline(&low.chain(high).collect::<Vec<_>>())
             }
-            Shape::Intervals(bars) => {
-                for &[x, low, high] in bars {
-                    let ends = [frame.nearest_pixel(x, low), frame.nearest_pixel(x, high)];
-                    let bar: Vec<_> = ends.into_iter().flatten().collect();
-                    canvas.draw(&PathElement::new(bar, self.stroke()))?;
-                }
-            }
-            Shape::Columns(columns) => {
-                for &[left, right, height] in columns {
-                    let corners = [
-                        frame.nearest_pixel(left, height),
-                        frame.nearest_pixel(right, height),
-                    ];
-                    if let [Some(from), Some((x, _))] = corners {
-                        canvas.draw(&Rectangle::new(
-                            [from, (x, pixels(frame.bottom))],
-                            self.color.mix(0.6).filled(),
-                        ))?;
-                    }
-                }
-            }
+            Shape::Intervals(bars) => bars
+                .iter()
+                .filter_map(|&[x, low, high]| Some([nearest(x, low)?, nearest(x, high)?]))
+                .map(|ends| self.outline(&ends))
+                .collect(),
+            Shape::Columns(columns) => columns
+                .iter()
+                .filter_map(|&[l, r, height]| Some([nearest(l, height)?, nearest(r, height)?]))
+                .map(|[l, r]| self.outline(&[l, r, [r[0], frame.bottom()], [l[0], frame.bottom()]]))
+                .collect(),
         }
-        Ok(())
     }
 
     /// A sample of it for the legend, 24 units wide.
-    fn draw_key<DB: DrawingBackend<ErrorType: 'static>>(
-        &self,
-        canvas: &Canvas<DB>,
-        x: f64,
-        y: f64,
-    ) -> Result<(), Failure> {
-        let (left, right) = (point(x, y), point(x + 24.0, y));
+    fn key(&self, x: f64, y: f64) -> String {
+        let (middle, right) = (x + 12.0, x + 24.0);
         match &self.shape {
-            Shape::Line(_) => canvas.draw(&PathElement::new([left, right], self.stroke()))?,
-            Shape::Dashed(_) => {
-                for dash in dashes(&[left, right]) {
-                    canvas.draw(&PathElement::new(dash, self.stroke()))?;
-                }
-            }
-            Shape::Points(_) => {
-                canvas.draw(&Circle::new(
-                    point(x + 12.0, y),
-                    pixels(3.5),
-                    self.color.filled(),
-                ))?;
-            }
-            Shape::Intervals(_) => {
-                canvas.draw(&PathElement::new(
-                    [point(x + 12.0, y - 7.0), point(x + 12.0, y + 7.0)],
-                    self.stroke(),
-                ))?;
-            }
+            Shape::Line(_) | Shape::Dashed(_) => self.outline(&[[x, y], [right, y]]),
+            Shape::Points(_) => self.dot([middle, y]),
+            Shape::Intervals(_) => self.outline(&[[middle, y - 7.0], [middle, y + 7.0]]),
             Shape::Band(_) | Shape::Columns(_) => {
-                let corners = [point(x, y - 6.0), point(x + 24.0, y + 6.0)];
-                canvas.draw(&Rectangle::new(corners, self.color.mix(0.4).filled()))?;
+                let (top, bottom) = (y - 6.0, y + 6.0);
+                self.outline(&[[x, top], [right, top], [right, bottom], [x, bottom]])
             }
         }
-        Ok(())
     }
 
-    fn stroke(&self) -> ShapeStyle {
-        self.color.stroke_width(2 * PIXELS)
-    }
-}
-
-/// The parts of a line that are within the frame.
-fn pieces(points: &[[f64; 2]], frame: &Frame) -> Vec<Vec<(i32, i32)>> {
-    let pixels: Vec<_> = points.iter().map(|&[x, y]| frame.pixel(x, y)).collect();
-    pixels
-        .split(Option::is_none)
-        .map(|piece| piece.iter().flatten().copied().collect())
-        .collect()
-}
-
-/// A line cut into dashes.
-fn dashes(line: &[(i32, i32)]) -> Vec<Vec<(i32, i32)>> {
-    let (on, off) = (f64::from(pixels(7.0)), f64::from(pixels(5.0)));
-    let mut dashes = Vec::new();
-    // How far into the pattern the next stretch begins.
-    let mut phase = 0.0;
-    for ends in line.windows(2) {
-        let [from, to] = [ends[0], ends[1]].map(|(x, y)| (f64::from(x), f64::from(y)));
-        let length = (to.0 - from.0).hypot(to.1 - from.1);
-        let at = |s: f64| {
-            let t = (s / length).clamp(0.0, 1.0);
-            (
-                (from.0 + (to.0 - from.0) * t).round() as i32,
-                (from.1 + (to.1 - from.1) * t).round() as i32,
-            )
+    fn outline(&self, points: &[[f64; 2]]) -> String {
+        let look = match self.shape {
+            Shape::Dashed(_) => "line dashed",
+            Shape::Band(_) => "band",
+            Shape::Columns(_) => "column",
+            _ => "line",
         };
-        let mut start = -phase;
-        while start < length {
-            if start + on > 0.0 {
-                dashes.push(vec![at(start), at(start + on)]);
-            }
-            start += on + off;
-        }
-        phase = (length + phase) % (on + off);
+        polyline(&format!("s{} {look}", self.color), points)
     }
-    dashes
+
+    fn dot(&self, [x, y]: [f64; 2]) -> String {
+        let color = self.color;
+        format!("<circle class=\"s{color} dot\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"/>\n")
+    }
 }
 
-/// Height of the plot itself, units.
-const HEIGHT: f64 = 260.0;
-
-impl Chart {
-    /// The named series with their places in the legend: left end and row.
-    fn legend(&self) -> Vec<(&Series, f64, usize)> {
-        let (mut x, mut row) = (frame::LEFT, 0);
-        let mut legend = Vec::new();
-        for series in self.series.iter().filter(|series| !series.name.is_empty()) {
-            let width = 24.0 + 6.0 + frame::text_width(&series.name) + 18.0;
-            if x > frame::LEFT && x + width > WIDTH {
-                (x, row) = (frame::LEFT, row + 1);
-            }
-            legend.push((series, x, row));
-            x += width;
-        }
-        legend
-    }
-
-    fn top(&self) -> f64 {
-        let rows = self.legend().last().map_or(0, |(.., row)| row + 1);
-        frame::below_title(&self.title) + ROW * rows as f64
-    }
+/// About the width of a text, units.
+fn text_width(text: &str) -> f64 {
+    7.5 * text.chars().count() as f64
 }
 
 impl Draw for Chart {
-    fn size(&self) -> (u32, u32) {
-        (WIDTH as u32, (self.top() + HEIGHT + frame::BELOW) as u32)
-    }
-
-    fn draw<DB: DrawingBackend<ErrorType: 'static>>(
-        &self,
-        canvas: &Canvas<DB>,
-    ) -> Result<(), Failure> {
-        frame::title(canvas, &self.title)?;
-        for (series, x, row) in self.legend() {
-            let y = frame::below_title(&self.title) + 4.0 + ROW * row as f64;
-            series.draw_key(canvas, x, y - 1.5)?;
-            frame::text(canvas, &series.name, x + 30.0, y)?;
+    fn svg(&self) -> String {
+        let below_title = frame::below_title(&self.title);
+        let (mut drawn, mut x, mut row) = (String::new(), LEFT, 0.0);
+        for series in self.series.iter().filter(|series| !series.name.is_empty()) {
+            let width = 24.0 + 6.0 + text_width(&series.name) + 18.0;
+            if x > LEFT && x + width > WIDTH {
+                (x, row) = (LEFT, row + 1.0);
+            }
+            let y = below_title + 4.0 + ROW * row;
+            drawn += &series.key(x, y - 1.5);
+            drawn += &frame::text("", [x + 30.0, y], &series.name);
+            x += width;
         }
+        let rows = if x > LEFT { row + 1.0 } else { 0.0 };
         let corners: Vec<[f64; 2]> = self.series.iter().flat_map(Series::corners).collect();
         let frame = Frame {
             x: &self.x,
             y: &self.y,
             x_span: self.x.span(corners.iter().map(|corner| corner[0])),
             y_span: self.y.span(corners.iter().map(|corner| corner[1])),
-            left: frame::LEFT,
             right: WIDTH - 20.0,
-            top: self.top(),
-            bottom: self.top() + HEIGHT,
+            top: below_title + ROW * rows,
         };
-        frame.draw(canvas)?;
-        self.series
-            .iter()
-            .try_for_each(|series| series.draw(canvas, &frame))
+        drawn.extend(self.series.iter().map(|series| series.svg(&frame)));
+        frame.picture(&self.title, &drawn)
     }
 }

@@ -1,12 +1,7 @@
 //! Heat maps: a value for each cell of a grid, by colour, with the colours' scale beside it.
 
-use std::ops::Range;
-
-use plotters::prelude::*;
-
-use super::frame::{self, Canvas, Frame, WIDTH, point};
-use super::palette::INK;
-use super::{Axis, Draw, Failure};
+use super::frame::{self, Frame, HEIGHT, WIDTH, polyline};
+use super::{Axis, Draw};
 
 /// Cells between two axes. `values` goes row by row, from the least `y` up, `x_edges.len() - 1` in a row.
 pub struct HeatMap {
@@ -26,14 +21,13 @@ pub struct HeatMap {
     pub color: Axis,
 }
 
+/// Steps of the colours' scale, and the room for it beside the map, units.
 const STEPS: usize = 60;
-
-/// Height of the map itself, and the room beside it for the colours' scale, units.
-const HEIGHT: f64 = 260.0;
 const SCALE: f64 = 100.0;
 
-/// Dark blue over green to light yellow: even in lightness, so that it survives a grey print.
-fn shade(fraction: f64) -> RGBColor {
+/// A rectangle in the colour of a share: dark blue over green to light yellow, even in lightness, so
+/// that it survives a grey print.
+fn shaded([x, y]: [f64; 2], [width, height]: [f64; 2], share: f64) -> String {
     const STOPS: [[f64; 3]; 5] = [
         [68.0, 1.0, 84.0],
         [59.0, 82.0, 139.0],
@@ -41,90 +35,59 @@ fn shade(fraction: f64) -> RGBColor {
         [94.0, 201.0, 98.0],
         [253.0, 231.0, 37.0],
     ];
-    let place = fraction.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
     let below = (place as usize).min(STOPS.len() - 2);
-    let mix = |k: usize| {
-        STOPS[below][k] + (STOPS[below + 1][k] - STOPS[below][k]) * (place - below as f64)
-    };
-    RGBColor(mix(0) as u8, mix(1) as u8, mix(2) as u8)
-}
-
-impl HeatMap {
-    fn edges_span(axis: &Axis, edges: &[f64]) -> Range<f64> {
-        let place = |edge: Option<&f64>| edge.map_or(0.0, |edge| axis.place(*edge));
-        place(edges.first())..place(edges.last())
-    }
+    let [red, green, blue] = [0, 1, 2].map(|k| {
+        let (from, to) = (STOPS[below][k], STOPS[below + 1][k]);
+        (from + (to - from) * (place - below as f64)) as u8
+    });
+    format!(
+        "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
+         fill=\"#{red:02x}{green:02x}{blue:02x}\"/>\n"
+    )
 }
 
 impl Draw for HeatMap {
-    fn size(&self) -> (u32, u32) {
-        (
-            WIDTH as u32,
-            (frame::below_title(&self.title) + HEIGHT + frame::BELOW) as u32,
-        )
-    }
-
-    fn draw<DB: DrawingBackend<ErrorType: 'static>>(
-        &self,
-        canvas: &Canvas<DB>,
-    ) -> Result<(), Failure> {
-        let top = frame::below_title(&self.title);
-        let (bottom, right) = (top + HEIGHT, WIDTH - SCALE);
-        let colors = self.color.span(self.values.iter().copied());
-        let share =
-            |value: f64| (self.color.place(value) - colors.start) / (colors.end - colors.start);
+    fn svg(&self) -> String {
+        let span = |axis: &Axis, edges: &[f64]| match edges {
+            [first, .., last] => axis.place(*first)..axis.place(*last),
+            _ => 0.0..1.0,
+        };
         let frame = Frame {
             x: &self.x,
             y: &self.y,
-            x_span: Self::edges_span(&self.x, &self.x_edges),
-            y_span: Self::edges_span(&self.y, &self.y_edges),
-            left: frame::LEFT,
-            right,
-            top,
-            bottom,
+            x_span: span(&self.x, &self.x_edges),
+            y_span: span(&self.y, &self.y_edges),
+            right: WIDTH - SCALE,
+            top: frame::below_title(&self.title),
         };
-        frame::title(canvas, &self.title)?;
-        frame.draw(canvas)?;
+        let colors = self.color.span(self.values.iter().copied());
+        let share = |place: f64| (place - colors.start) / (colors.end - colors.start);
+        let mut drawn = String::new();
         let columns = self.x_edges.len().saturating_sub(1).max(1);
         for (row, values) in self.values.chunks(columns).enumerate() {
             for (column, &value) in values.iter().enumerate() {
                 let corner =
-                    |i: usize| frame.nearest_pixel(self.x_edges[column + i], self.y_edges[row + i]);
-                if let [Some(from), Some(to)] = [corner(0), corner(1)] {
-                    canvas.draw(&Rectangle::new([from, to], shade(share(value)).filled()))?;
+                    |i: usize| frame.nearest_place(self.x_edges[column + i], self.y_edges[row + i]);
+                if let [Some([x, bottom]), Some([right, y])] = [corner(0), corner(1)] {
+                    let share = share(self.color.place(value));
+                    drawn += &shaded([x, y], [right - x, bottom - y], share);
                 }
             }
         }
-        self.draw_scale(canvas, &colors, right + 24.0, top, bottom)
-    }
-}
-
-impl HeatMap {
-    fn draw_scale<DB: DrawingBackend<ErrorType: 'static>>(
-        &self,
-        canvas: &Canvas<DB>,
-        colors: &Range<f64>,
-        left: f64,
-        top: f64,
-        bottom: f64,
-    ) -> Result<(), Failure> {
-        let down = |fraction: f64| bottom - fraction * (bottom - top);
-        for step in 0..STEPS {
-            let [low, high] = [step, step + 1].map(|i| down(i as f64 / STEPS as f64));
-            let color = shade((step as f64 + 0.5) / STEPS as f64).filled();
-            canvas.draw(&Rectangle::new(
-                [point(left, high), point(left + 20.0, low)],
-                color,
-            ))?;
+        let (left, step) = (frame.right + 24.0, HEIGHT / STEPS as f64);
+        for i in 0..STEPS {
+            let top = frame.bottom() - (i + 1) as f64 * step;
+            let share = (i as f64 + 0.5) / STEPS as f64;
+            // They overlap, so that no rounding shows between them.
+            drawn += &shaded([left, top], [20.0, 1.2 * step], share);
         }
-        for tick in self.color.ticks(colors) {
-            let y = down((tick - colors.start) / (colors.end - colors.start));
-            canvas.draw(&PathElement::new(
-                [point(left + 20.0, y), point(left + 25.0, y)],
-                INK.light.stroke_width(2),
-            ))?;
-            frame::text(canvas, &self.color.tick_label(tick), left + 29.0, y)?;
+        for tick in self.color.ticks(&colors) {
+            let y = frame.bottom() - share(tick) * HEIGHT;
+            drawn += &polyline("ink line thin", &[[left + 20.0, y], [left + 25.0, y]]);
+            drawn += &frame::text("", [left + 29.0, y], &self.color.tick_label(tick));
         }
-        frame::text(canvas, &self.color.label, left - 8.0, bottom + 22.0)
+        drawn += &frame::text("", [left - 8.0, frame.bottom() + 22.0], &self.color.label);
+        frame.picture(&self.title, &drawn)
     }
 }

@@ -1,8 +1,6 @@
 //! One HTML page with its pictures inside: no script, no other file, readable on a telephone and on paper.
 
-use super::Picture;
 use punctual_view::{document, escape};
-use std::fmt::Write;
 
 /// A page of sections.
 pub struct Page {
@@ -27,6 +25,40 @@ pub struct Section {
     pub measured: String,
     /// Pictures, tables and words below.
     pub blocks: Vec<Block>,
+}
+
+impl Section {
+    /// A section that shows something, without a claim.
+    pub fn shows(
+        id: &str,
+        title: &str,
+        what: impl Into<String>,
+        measured: impl Into<String>,
+        blocks: Vec<Block>,
+    ) -> Self {
+        Self {
+            id: id.to_owned(),
+            title: title.to_owned(),
+            lead: Lead::Shows(what.into()),
+            measured: measured.into(),
+            blocks,
+        }
+    }
+
+    /// A section about a claim.
+    pub fn claims(
+        id: &str,
+        title: &str,
+        (claim, verdict): (impl Into<String>, Verdict),
+        measured: impl Into<String>,
+        blocks: Vec<Block>,
+    ) -> Self {
+        let lead = Lead::Claim(claim.into(), verdict);
+        Self {
+            lead,
+            ..Self::shows(id, title, "", measured, blocks)
+        }
+    }
 }
 
 /// What a section begins with.
@@ -71,6 +103,16 @@ pub enum Verdict {
     DoesNotHold,
 }
 
+impl From<bool> for Verdict {
+    fn from(holds: bool) -> Self {
+        if holds {
+            Self::Holds
+        } else {
+            Self::DoesNotHold
+        }
+    }
+}
+
 impl Verdict {
     /// The verdict in words.
     pub fn text(self) -> &'static str {
@@ -90,19 +132,15 @@ impl Verdict {
     }
 }
 
-impl From<&Picture> for Block {
-    fn from(picture: &Picture) -> Self {
-        Self::Picture(picture.svg.clone())
-    }
-}
-
 impl Page {
     /// The whole page.
     pub fn html(&self) -> String {
         let mut html = format!("<h1>{}</h1>\n", escape(&self.title));
-        for paragraph in &self.intro {
-            push(&mut html, format_args!("<p>{}</p>\n", escape(paragraph)));
-        }
+        html.extend(
+            self.intro
+                .iter()
+                .map(|text| format!("<p>{}</p>\n", escape(text))),
+        );
         html += &self.contents();
         for section in &self.sections {
             html += &section.html();
@@ -113,19 +151,15 @@ impl Page {
     /// The sections, with the verdicts on what is claimed.
     fn contents(&self) -> String {
         let mut html = String::from("<table class=\"contents\">\n");
-        for Section {
-            id, title, lead, ..
-        } in &self.sections
-        {
-            let (class, text) = match lead {
+        for section in &self.sections {
+            let (class, text) = match section.lead {
                 Lead::Claim(_, verdict) => (verdict.class(), verdict.text()),
                 Lead::Shows(_) => ("", ""),
             };
-            let title = escape(title);
-            let row = format_args!(
+            let (id, title) = (&section.id, escape(&section.title));
+            html += &format!(
                 "<tr><td><a href=\"#{id}\">{title}</a></td><td class=\"verdict {class}\">{text}</td></tr>\n"
             );
-            push(&mut html, row);
         }
         html + "</table>\n"
     }
@@ -214,9 +248,4 @@ impl Table {
 fn inline(svg: &str) -> String {
     let start = svg.find("<svg").unwrap_or(0);
     format!("<figure>{}</figure>\n", &svg[start..])
-}
-
-fn push(html: &mut String, text: std::fmt::Arguments) {
-    // Writing to a string cannot fail.
-    let _ = html.write_fmt(text);
 }

@@ -1,49 +1,39 @@
 //! Colours of plots, each in light and in dark: a picture follows what the reader's system prefers.
 
-use std::fmt::Write;
-
-use plotters::style::RGBColor;
-
-/// A colour of light pictures, and what stands for it in dark ones.
-pub(super) struct Shade {
-    pub light: RGBColor,
-    dark: RGBColor,
-}
-
-const fn shade(light: [u8; 3], dark: [u8; 3]) -> Shade {
-    Shade {
-        light: RGBColor(light[0], light[1], light[2]),
-        dark: RGBColor(dark[0], dark[1], dark[2]),
-    }
-}
-
-pub(super) const PAPER: Shade = shade([255, 255, 255], [22, 27, 34]);
-pub(super) const INK: Shade = shade([40, 40, 40], [225, 228, 232]);
-pub(super) const GRID: Shade = shade([225, 225, 225], [56, 62, 71]);
-
-/// Those of series. Distinguishable with any kind of colour vision (after Okabe and Ito), with enough contrast for thin lines.
-pub(super) const SERIES: [Shade; 8] = [
-    shade([0, 114, 178], [90, 180, 240]),
-    shade([213, 94, 0], [255, 140, 60]),
-    shade([0, 145, 105], [60, 205, 160]),
-    shade([190, 100, 155], [230, 155, 205]),
-    shade([210, 145, 0], [240, 190, 70]),
-    shade([70, 160, 215], [150, 215, 255]),
-    shade([60, 60, 60], [200, 200, 200]),
-    shade([150, 150, 150], [125, 130, 138]),
+/// Classes of elements, and their colours in light and in dark pictures.
+pub(super) const COLORS: [(&str, &str, &str); 3 + SERIES] = [
+    ("paper", "#ffffff", "#161b22"),
+    ("ink", "#282828", "#e1e4e8"),
+    ("grid", "#e1e1e1", "#383e47"),
+    // Those of series. Distinguishable with any kind of colour vision (after Okabe and Ito), with
+    // enough contrast for thin lines.
+    ("s0", "#0072b2", "#5ab4f0"),
+    ("s1", "#d55e00", "#ff8c3c"),
+    ("s2", "#009169", "#3ccda0"),
+    ("s3", "#be649b", "#e69bcd"),
+    ("s4", "#d29100", "#f0be46"),
+    ("s5", "#46a0d7", "#96d7ff"),
+    ("s6", "#3c3c3c", "#c8c8c8"),
+    ("s7", "#969696", "#7d828a"),
 ];
 
-/// The SVG with a style sheet in front, which changes the colours for readers who prefer dark pages.
-pub(super) fn with_dark_mode(svg: &str) -> String {
-    let mut rules = String::new();
-    for Shade { light, dark } in [&PAPER, &INK, &GRID].into_iter().chain(&SERIES) {
-        let [light, dark] =
-            [light, dark].map(|color| format!("#{:02X}{:02X}{:02X}", color.0, color.1, color.2));
-        for property in ["fill", "stroke"] {
-            // Writing to a string cannot fail.
-            let _ = write!(rules, "[{property}=\"{light}\"]{{{property}:{dark}}}");
-        }
-    }
-    let (head, body) = svg.split_once('>').unwrap_or((svg, ""));
-    format!("{head}>\n<style>@media (prefers-color-scheme:dark){{{rules}}}</style>{body}")
+/// Number of colours of series.
+pub(super) const SERIES: usize = 8;
+
+const SHAPES: &str = "\
+.plot text{fill:currentColor;font:14.4px sans-serif}.plot .title{font-size:16px}\
+.plot .middle{text-anchor:middle}.plot .end{text-anchor:end}\
+.plot .line{fill:none;stroke:currentColor;stroke-width:2}.plot .dashed{stroke-dasharray:7 5}\
+.plot .thin{stroke-width:1}.plot .dot{fill:currentColor}\
+.plot .band{fill:currentColor;opacity:.2}.plot .column{fill:currentColor;opacity:.6}";
+
+/// The style sheet of a picture.
+pub(super) fn style() -> String {
+    let [light, dark] = [0, 1].map(|scheme| {
+        let rule = |&(class, light, dark): &(&str, &str, &str)| {
+            format!(".plot .{class}{{color:{}}}", [light, dark][scheme])
+        };
+        COLORS.iter().map(rule).collect::<String>()
+    });
+    format!("<style>{SHAPES}{light}@media(prefers-color-scheme:dark){{{dark}}}</style>")
 }

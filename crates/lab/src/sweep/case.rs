@@ -6,11 +6,10 @@ use std::str::FromStr;
 
 use crate::files;
 use crate::report::{self, Failure};
-use punctual::glam::DVec3;
-use punctual::{Mesh, Pose, Tree};
+use punctual::{Aabb, Mesh, Pose, Tree};
 use punctual_io::Loaded;
 
-use crate::approach::{self, Approach};
+use crate::approach::{self, Approach, diagonal};
 
 pub struct Case {
     pub name: String,
@@ -92,7 +91,7 @@ impl Case {
         let mut case = Self::new(&name, a?, b?, Vec::new());
         let [near, anywhere] = if quick { [28, 4] } else { [84, 16] };
         let mut approach = Approach::new(&case.a, &case.b, 1);
-        let mut poses = approach::contact(&mut approach, near, false)?;
+        let mut poses = approach::contact(&mut approach, near, false, &approach::OFFSETS)?;
         poses.extend(approach::random(&mut approach, anywhere)?);
         let mut list = Vec::new();
         for pose in &poses {
@@ -105,23 +104,16 @@ impl Case {
 
     /// Length that offsets are measured by: the box diagonal of the smaller mesh.
     pub fn size(&self) -> f64 {
-        size(self.a.mesh()).min(size(self.b.mesh()))
+        diagonal(self.a.mesh()).min(diagonal(self.b.mesh()))
     }
 
-    /// The boxes of the meshes along A's axes, as lower and upper corner.
-    pub fn boxes(&self, pose: &Pose) -> [(DVec3, DVec3); 2] {
+    /// The boxes of the meshes along A's axes.
+    pub fn boxes(&self, pose: &Pose) -> [Aabb; 2] {
         let (a, b) = (self.a.mesh().aabb(), self.b.mesh().aabb());
-        let center = pose.transform_point((b.min + b.max) * 0.5);
-        let half = (b.max - b.min) * 0.5;
+        let (center, half) = (pose.transform_point(b.center()), b.extents() * 0.5);
         let r = pose.rotation();
         let half = r.x_axis.abs() * half.x + r.y_axis.abs() * half.y + r.z_axis.abs() * half.z;
-        [(a.min, a.max), (center - half, center + half)]
-    }
-
-    /// Whether these are apart.
-    pub fn boxes_apart(&self, pose: &Pose) -> bool {
-        let [(low_a, high_a), (low_b, high_b)] = self.boxes(pose);
-        low_b.cmpgt(high_a).any() || high_b.cmplt(low_a).any()
+        [a, Aabb::new(center - half, center + half)]
     }
 
     /// Differs between cases with different triangles or poses (FNV-1a).
@@ -143,14 +135,6 @@ impl Case {
             .flat_map(Pose::to_row_major)
             .for_each(|x| add(x.to_bits()));
         hash
-    }
-}
-
-pub fn size(mesh: &Mesh) -> f64 {
-    if mesh.is_empty() {
-        0.0
-    } else {
-        DVec3::length(mesh.aabb().max - mesh.aabb().min)
     }
 }
 

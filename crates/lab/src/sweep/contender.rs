@@ -14,23 +14,15 @@ pub struct Contender {
 /// The default first, plain depth-first second. The others run in the default's plan, and differ from
 /// it by the order alone.
 pub const CONTENDERS: [Contender; 4] = [
-    Contender {
-        name: "penetration",
-        order: Some(Order::Penetration),
-    },
-    Contender {
-        name: DEPTH_FIRST,
-        order: None,
-    },
-    Contender {
-        name: LOW_ALPHA,
-        order: Some(Order::LowAlpha),
-    },
-    Contender {
-        name: "stack",
-        order: Some(Order::DepthFirst),
-    },
+    contender("penetration", Some(Order::Penetration)),
+    contender(DEPTH_FIRST, None),
+    contender(LOW_ALPHA, Some(Order::LowAlpha)),
+    contender("stack", Some(Order::DepthFirst)),
 ];
+
+const fn contender(name: &'static str, order: Option<Order>) -> Contender {
+    Contender { name, order }
+}
 
 pub const DEFAULT: &str = CONTENDERS[0].name;
 pub const DEPTH_FIRST: &str = "depth-first";
@@ -70,27 +62,19 @@ pub struct Curve {
 
 /// What every plot compares; one line more is one more of these.
 pub const CURVES: [Curve; 4] = [
-    Curve {
-        order: DEFAULT,
-        label: "this library",
-        dashed: false,
-    },
-    Curve {
-        order: DEPTH_FIRST,
-        label: "depth-first",
-        dashed: false,
-    },
-    Curve {
-        order: CUT_OFF,
-        label: "plain query, cut off",
-        dashed: true,
-    },
-    Curve {
-        order: ORACLE,
-        label: "best order (knows the truth)",
-        dashed: true,
-    },
+    curve(DEFAULT, "this library", false),
+    curve(DEPTH_FIRST, "depth-first", false),
+    curve(CUT_OFF, "plain query, cut off", true),
+    curve(ORACLE, "best order (knows the truth)", true),
 ];
+
+const fn curve(order: &'static str, label: &'static str, dashed: bool) -> Curve {
+    Curve {
+        order,
+        label,
+        dashed,
+    }
+}
 
 /// The name of an order in words.
 pub fn label(order: &'static str) -> &'static str {

@@ -6,36 +6,80 @@ use punctual::intersection::Intersection;
 use punctual::prediction::Estimate;
 use punctual::{Budget, Certificate, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 
+use crate::traversal::advance;
+
 use super::case::Case;
 use super::confidence::Guess;
 use super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 use super::open::{self, Overlap};
 use super::oracle::Oracle;
 use super::plan::plan;
+use super::punctuality::Overrun;
 use super::truth::Truth;
 
-/// The features of one query at the moment its budget ended.
+/// What is asked of two meshes.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Asked {
+    /// Whether they meet.
+    Any,
+    /// Which triangles do.
+    All,
+    /// How far apart they are, at poses at which they are apart.
+    Distance,
+}
+
+/// The questions about intersections, as the engine has them.
+pub const MODES: [(Asked, Mode); 2] = [(Asked::Any, Mode::Any), (Asked::All, Mode::All)];
+
+/// The features of one query at the moment its budget ended; not a number where they are not measured.
 #[derive(Clone, Copy)]
 pub struct Row {
     pub pose: usize,
     pub order: &'static str,
-    pub mode: Mode,
+    pub asked: Asked,
     pub budget: Limit,
     pub verdict: Answer,
     /// Share of the intersecting pairs found; 1 where there are none.
     pub recall: f64,
     /// Share of the contact regions with a pair found; 1 where there are none.
     pub coverage: f64,
-    /// Longest edge of a box in which pairs may be missing, in the box diagonal of the smaller mesh. Not a number for
-    /// baselines that are derived.
+    /// Longest edge of a box in which pairs may be missing, in the box diagonal of the smaller mesh.
     pub unresolved: f64,
-    /// Volume of these boxes over that of the overlap of the meshes' boxes. Measured for some, else not a number.
+    /// Volume of these boxes over that of the overlap of the meshes' boxes.
     pub volume_left: f64,
+    /// Bounds of the distance over the true one.
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Row {
+    pub fn new(
+        pose: usize,
+        order: &'static str,
+        asked: Asked,
+        budget: Limit,
+        verdict: Answer,
+    ) -> Self {
+        let none = f64::NAN;
+        Self {
+            pose,
+            order,
+            asked,
+            budget,
+            verdict,
+            recall: none,
+            coverage: none,
+            unresolved: none,
+            volume_left: none,
+            low: none,
+            high: none,
+        }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Limit {
-    /// Percent of what a finished depth-first `all` run costs at the same pose.
+    /// Percent of what a finished depth-first query, for `all` or for the distance, costs at the same pose.
     Work(u32),
     Time(Duration),
 }
@@ -43,6 +87,7 @@ pub enum Limit {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Answer {
     Detected,
+    /// Of a distance: as close as was asked for.
     Separated,
     Undecided,
     /// Said, and not true.
@@ -54,9 +99,10 @@ pub enum Answer {
 pub struct Finished {
     pub pose: usize,
     pub order: &'static str,
-    pub mode: Mode,
-    pub work: u64,
-    pub bv_tests: u64,
+    pub asked: Asked,
+    /// Work, for a distance over that of depth-first; or seconds.
+    pub cost: f64,
+    pub bv_tests: f64,
 }
 
 /// What a case gave under budgets of work.
@@ -64,15 +110,31 @@ pub struct Finished {
 pub struct Measured {
     pub rows: Vec<Row>,
     pub finished: Vec<Finished>,
+    /// For each order and pose apart the work, over that of depth-first, with which each goal of a
+    /// distance is reached.
+    pub reached: Vec<(&'static str, [f64; 2])>,
     /// What the default order told of its rest.
     pub guesses: Vec<Guess>,
-    /// Most work beyond a budget.
-    pub overrun: u64,
+    /// Most work beyond a budget, of queries for intersections and for distances.
+    pub overruns: [u64; 2],
+    /// Comparisons of distances with the truth.
+    pub distances: usize,
     /// What differs from the truth, in words.
     pub wrong: Vec<String>,
     /// Certificates, and what is false in them, in words.
     pub certificates: usize,
     pub loose: Vec<String>,
+}
+
+/// What is known under budgets of time in one round over all poses of a case, in order, so that no query
+/// finds its own tracks in the caches.
+#[derive(Default)]
+pub struct Round {
+    pub rows: Vec<Row>,
+    /// Of the default order, where the deadline ended it.
+    pub overruns: Vec<Overrun>,
+    pub finished: Vec<Finished>,
+    pub wrong: usize,
 }
 
 /// Progress of a query against the truth.
@@ -109,7 +171,7 @@ impl<'t> Judge<'t> {
         self.found += 1;
     }
 
-    pub fn recall(&self) -> f64 {
+    fn recall(&self) -> f64 {
         share(self.found, self.truth.pairs.len())
     }
 
@@ -123,7 +185,7 @@ impl<'t> Judge<'t> {
             .map(|i| self.truth.pairs[i])
     }
 
-    pub fn coverage(&self) -> f64 {
+    fn coverage(&self) -> f64 {
         share(
             self.seen_regions.iter().filter(|seen| **seen).count(),
             self.truth.regions,
@@ -131,9 +193,9 @@ impl<'t> Judge<'t> {
     }
 
     /// What the outcome says, if that is true.
-    pub fn answer(&self, outcome: &punctual::Answer<Verdict>, mode: Mode) -> Answer {
+    pub fn answer(&self, outcome: &punctual::Answer<Verdict>, asked: Asked) -> Answer {
         let complete = outcome.stop != StopReason::Finished
-            || mode == Mode::Any
+            || asked == Asked::Any
             || self.found == self.truth.pairs.len();
         let truth = !self.truth.pairs.is_empty();
         match outcome.value {
@@ -150,6 +212,18 @@ impl<'t> Judge<'t> {
     }
 }
 
+impl Row {
+    /// With the progress of its query.
+    pub fn with(self, judge: &Judge) -> Self {
+        let (recall, coverage) = (judge.recall(), judge.coverage());
+        Self {
+            recall,
+            coverage,
+            ..self
+        }
+    }
+}
+
 fn share(part: usize, whole: usize) -> f64 {
     if whole == 0 {
         1.0
@@ -158,49 +232,45 @@ fn share(part: usize, whole: usize) -> f64 {
     }
 }
 
-/// Runs every contender at every pose, in both modes, through all budgets of work to the end.
-pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) -> Option<Measured> {
-    let mut measured = Measured::default();
+/// Runs every contender at every pose, for both questions, through all budgets of work to the end. False
+/// if `progress`, called after each pose, says stop.
+pub fn case(
+    case: &Case,
+    truth: &[Truth],
+    measured: &mut Measured,
+    mut progress: impl FnMut() -> bool,
+) -> bool {
     let mut workspace = Workspace::with_capacity(4096, 1 << 16);
     let mut memories = [PairMemory::new(), PairMemory::new()];
     for (pose, truth) in truth.iter().enumerate() {
         let full = Query::all_pairs(&case.a, &case.b, case.poses[pose]).plain();
         let full = finish(&full, &mut workspace);
-        let run = Run {
+        let overlap = Overlap::new(case, &case.poses[pose]);
+        let mut run = Run {
             case,
             truth,
             pose,
             full,
-            overlap: Overlap::new(case, &case.poses[pose]),
+            overlap,
+            measured,
         };
         for contender in plan().contenders() {
             let query = contender.query(&case.a, &case.b, case.poses[pose]);
-            for mode in [Mode::Any, Mode::All] {
+            for (asked, mode) in MODES {
                 run.stops(
                     &query.mode(mode),
                     contender.name,
-                    mode,
+                    asked,
                     None,
                     &mut workspace,
-                    &mut measured,
                 );
             }
         }
         let query = Query::intersection(&case.a, &case.b, case.poses[pose]);
-        for (mode, memory) in [Mode::Any, Mode::All].into_iter().zip(&mut memories) {
-            run.stops(
-                &query.mode(mode),
-                WARM,
-                mode,
-                Some(memory),
-                &mut workspace,
-                &mut measured,
-            );
+        for ((asked, mode), memory) in MODES.into_iter().zip(&mut memories) {
+            run.stops(&query.mode(mode), WARM, asked, Some(memory), &mut workspace);
         }
-        run.oracle(
-            &Oracle::new(&case.a, &case.b, &case.poses[pose], &truth.pairs),
-            &mut measured,
-        );
+        run.oracle();
         if let Some(&known) = case.known.get(pose)
             && known != truth.pairs.len() as u64
         {
@@ -211,65 +281,40 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
             ));
         }
         if !progress() {
-            return None;
+            return false;
         }
     }
-    Some(measured)
-}
-
-/// Goes on with a query until it has done work up to `limit`, however often the pair buffer fills.
-fn advance(
-    query: &Query<Intersection>,
-    workspace: &mut Workspace,
-    mut memory: Option<&mut PairMemory>,
-    mut outcome: punctual::Answer<Verdict>,
-    limit: u64,
-    mut report: impl FnMut([u32; 2]),
-) -> punctual::Answer<Verdict> {
-    loop {
-        let budget = Budget::work(limit.saturating_sub(outcome.stats.work));
-        match query
-            .with_memory(memory.as_deref_mut())
-            .resume(workspace, budget)
-        {
-            Ok(next) => outcome = next,
-            Err(_) => return outcome,
-        }
-        workspace.drain_pairs().for_each(&mut report);
-        if outcome.stop != StopReason::PairsFull {
-            return outcome;
-        }
-    }
+    true
 }
 
 /// Work of a finished run.
 fn finish(query: &Query<Intersection>, workspace: &mut Workspace) -> u64 {
     let outcome = query.run(workspace, Budget::work(0));
-    advance(query, workspace, None, outcome, u64::MAX, drop)
+    advance(query, workspace, None, outcome, Some(u64::MAX), drop)
         .stats
         .work
 }
 
-/// A pose of a case, with the work of a finished `all` run.
+/// A pose of a case, with the work of a finished `all` run, and where what it gives is noted.
 struct Run<'c> {
     case: &'c Case,
     truth: &'c Truth,
     pose: usize,
     full: u64,
     overlap: Overlap,
+    measured: &'c mut Measured,
 }
 
 impl Run<'_> {
     /// One query, stopped at every budget and resumed, which by the promise of the library gives the bits of a run with
     /// that budget alone.
     fn stops(
-        &self,
+        &mut self,
         query: &Query<Intersection>,
         order: &'static str,
-        mode: Mode,
+        asked: Asked,
         mut memory: Option<&mut PairMemory>,
         workspace: &mut Workspace,
-        measured: &mut Measured,
     ) {
         let mut judge = Judge::new(self.truth);
         let tells = [DEFAULT, WARM].contains(&order);
@@ -277,7 +322,7 @@ impl Run<'_> {
         let guess = Guess {
             pose: self.pose,
             order,
-            mode,
+            asked,
             percent: 0,
             probability: None,
             recall_error: None,
@@ -301,31 +346,34 @@ impl Run<'_> {
                 workspace,
                 memory.as_deref_mut(),
                 outcome,
-                limit,
+                Some(limit),
                 |pair| judge.report(pair),
             );
-            let answer = judge.answer(&outcome, mode);
-            if answer == Answer::Wrong {
+            let verdict = judge.answer(&outcome, asked);
+            if verdict == Answer::Wrong {
                 let at = percent.map_or("finished".to_owned(), |percent| format!("{percent} %"));
-                measured.wrong.push(format!(
-                    "{} pose {} {order} {mode:?} {at}: wrong",
+                self.measured.wrong.push(format!(
+                    "{} pose {} {order} {asked:?} {at}: wrong",
                     self.case.name, self.pose
                 ));
             }
             let Some(percent) = percent else { continue };
             if outcome.stop == StopReason::WorkLimit {
-                measured.overrun = measured
-                    .overrun
-                    .max(outcome.stats.work.saturating_sub(limit));
+                let overrun = &mut self.measured.overruns[0];
+                *overrun = outcome.stats.work.saturating_sub(limit).max(*overrun);
             }
-            let stopped =
+            let is_stopped =
                 outcome.stop != StopReason::Finished && outcome.stop != StopReason::FirstHit;
-            let (extent, volume_left) = match query.certificate(workspace) {
-                Ok(certificate) => self.check(&certificate, &judge, order, mode, measured),
-                Err(_) => (f64::NAN, f64::NAN),
-            };
+            let mut row =
+                Row::new(self.pose, order, asked, Limit::Work(percent), verdict).with(&judge);
+            if let Ok(certificate) = query.certificate(workspace) {
+                self.check(&certificate, &judge, &mut row);
+            }
+            if !is_stopped {
+                row.unresolved = 0.0;
+            }
             if tells
-                && stopped
+                && is_stopped
                 && let Ok(told) = query.estimate(workspace, memory.as_deref())
             {
                 guesses.push(guessed(
@@ -335,70 +383,52 @@ impl Run<'_> {
                     judge.recall(),
                 ));
             }
-            let row = Row {
-                pose: self.pose,
-                order,
-                mode,
-                budget: Limit::Work(percent),
-                verdict: answer,
-                recall: judge.recall(),
-                coverage: judge.coverage(),
-                unresolved: if stopped {
-                    extent / self.case.size()
-                } else {
-                    0.0
-                },
-                volume_left,
-            };
-            measured.rows.push(row);
+            self.measured.rows.push(row);
             if order == DEPTH_FIRST {
-                measured.rows.push(cut_off(row, stopped));
+                self.measured.rows.push(cut_off(row, is_stopped));
             }
         }
-        let (work, bv_tests) = (outcome.stats.work, outcome.stats.bv_tests);
-        let error = |told: f64| (told.max(1.0) / (bv_tests as f64).max(1.0)).log2();
-        measured.guesses.extend(guesses.into_iter().map(|g| Guess {
-            total_error: error(g.total_error),
-            ..g
-        }));
-        measured.finished.push(Finished {
+        let bv_tests = outcome.stats.bv_tests as f64;
+        let error = |told: f64| (told.max(1.0) / bv_tests.max(1.0)).log2();
+        self.measured
+            .guesses
+            .extend(guesses.into_iter().map(|guess| Guess {
+                total_error: error(guess.total_error),
+                ..guess
+            }));
+        self.measured.finished.push(Finished {
             pose: self.pose,
             order,
-            mode,
-            work,
+            asked,
+            cost: outcome.stats.work as f64,
             bv_tests,
         });
     }
 
-    /// Compares what the certificate promises with the truth. Returns the longest edge of its boxes, and for some queries
-    /// the volume left.
-    fn check(
-        &self,
-        certificate: &Certificate,
-        judge: &Judge,
-        order: &'static str,
-        mode: Mode,
-        measured: &mut Measured,
-    ) -> (f64, f64) {
-        measured.certificates += 1;
+    /// Compares what the certificate promises with the truth, and notes how much room it leaves.
+    fn check(&mut self, certificate: &Certificate, judge: &Judge, row: &mut Row) {
+        let Row {
+            pose, order, asked, ..
+        } = *row;
+        self.measured.certificates += 1;
         // Another one at each stop.
-        let missing = judge.missing(measured.certificates);
-        if let Some(what) = open::fault(certificate, self.case, self.pose, self.truth, missing) {
-            measured.loose.push(format!(
-                "{} pose {} {order} {mode:?}: {what}",
-                self.case.name, self.pose
+        let missing = judge.missing(self.measured.certificates);
+        if let Some(what) = open::fault(certificate, self.case, pose, self.truth, missing) {
+            self.measured.loose.push(format!(
+                "{} pose {pose} {order} {asked:?}: {what}",
+                self.case.name
             ));
         }
-        let shown = mode == Mode::All && CERTIFIED.contains(&order);
-        let volume_left = if shown {
-            self.overlap.volume_left(certificate)
-        } else {
-            f64::NAN
-        };
-        (certificate.largest_extent(), volume_left)
+        if asked == Asked::All && CERTIFIED.contains(&order) {
+            row.volume_left = self.overlap.volume_left(certificate);
+        }
+        row.unresolved = certificate.largest_extent() / self.case.size();
     }
 
-    fn oracle(&self, oracle: &Oracle, measured: &mut Measured) {
+    /// The best order, computed from the truth.
+    fn oracle(&mut self) {
+        let Case { a, b, poses, .. } = self.case;
+        let oracle = Oracle::new(a, b, &poses[self.pose], &self.truth.pairs);
         let mut judge = Judge::new(self.truth);
         let mut found = oracle.found.iter().peekable();
         let hit = !self.truth.pairs.is_empty();
@@ -407,35 +437,25 @@ impl Run<'_> {
             while let Some((_, at)) = found.next_if(|(work, _)| *work <= limit) {
                 judge.see(*at as usize);
             }
-            for mode in [Mode::Any, Mode::All] {
-                let detected = hit && oracle.last_step < limit;
-                let verdict = if detected {
-                    Answer::Detected
-                } else if percent == 100 {
-                    Answer::Separated
-                } else {
-                    Answer::Undecided
-                };
-                measured.rows.push(Row {
-                    pose: self.pose,
-                    order: ORACLE,
-                    mode,
-                    budget: Limit::Work(percent),
-                    verdict,
-                    recall: judge.recall(),
-                    coverage: judge.coverage(),
-                    unresolved: f64::NAN,
-                    volume_left: f64::NAN,
-                });
+            let verdict = if hit && oracle.last_step < limit {
+                Answer::Detected
+            } else if percent == 100 {
+                Answer::Separated
+            } else {
+                Answer::Undecided
+            };
+            for (asked, _) in MODES {
+                let row = Row::new(self.pose, ORACLE, asked, Limit::Work(percent), verdict);
+                self.measured.rows.push(row.with(&judge));
             }
         }
         if hit {
-            let [work, bv_tests] = oracle.first_hit;
-            measured.finished.push(Finished {
+            let [cost, bv_tests] = oracle.first_hit.map(|count| count as f64);
+            self.measured.finished.push(Finished {
                 pose: self.pose,
                 order: ORACLE,
-                mode: Mode::Any,
-                work,
+                asked: Asked::Any,
+                cost,
                 bv_tests,
             });
         }
@@ -451,28 +471,23 @@ fn guessed(
 ) -> Guess {
     Guess {
         probability: (outcome.stats.found == 0).then_some(told.probability),
-        recall_error: (guess.mode == Mode::All).then_some(told.recall - recall),
+        recall_error: (guess.asked == Asked::All).then_some(told.recall - recall),
         total_error: outcome.stats.bv_tests as f64 + told.remaining.bv_tests.p50,
         ..guess
     }
 }
 
 /// What is left of a row if nothing is told before the end.
-pub fn cut_off(row: Row, stopped: bool) -> Row {
-    let known = |share: f64| if stopped { 0.0 } else { share };
-    let (recall, coverage) = (known(row.recall), known(row.coverage));
-    let verdict = if stopped {
+pub fn cut_off(row: Row, is_stopped: bool) -> Row {
+    let known = |share: f64| if is_stopped { 0.0 } else { share };
+    let verdict = if is_stopped {
         Answer::Undecided
     } else {
         row.verdict
     };
     Row {
-        order: CUT_OFF,
-        recall,
-        coverage,
-        verdict,
-        unresolved: f64::NAN,
-        volume_left: f64::NAN,
-        ..row
+        recall: known(row.recall),
+        coverage: known(row.coverage),
+        ..Row::new(row.pose, CUT_OFF, row.asked, row.budget, verdict)
     }
 }

@@ -1,7 +1,7 @@
 //! What a stopped query leaves open: whether its certificate is true, and how much room is left in it.
 
 use punctual::glam::DVec3;
-use punctual::{Certificate, Pose, Tree};
+use punctual::{Aabb, Certificate, Pose};
 
 use super::case::Case;
 use super::truth::Truth;
@@ -16,18 +16,15 @@ pub struct Overlap {
 
 impl Overlap {
     pub fn new(case: &Case, pose: &Pose) -> Self {
-        let [(low_a, high_a), (low_b, high_b)] = case.boxes(pose);
-        let (low, high) = (low_a.max(low_b), high_a.min(high_b));
+        let [a, b] = case.boxes(pose);
+        let both = a.intersection(&b);
         // The sequence of M. Roberts, by powers of the root of x^4 = x + 1.
         const ROOT: f64 = 1.220_744_084_605_759_5;
         let step = DVec3::new(ROOT.recip(), ROOT.powi(-2), ROOT.powi(-3));
-        let points = (1..=POINTS).map(|i| low + (high - low) * (0.5 + step * f64::from(i)).fract());
+        let points = if both.is_empty() { 0 } else { POINTS };
+        let point = |i| both.min + both.extents() * (0.5 + step * f64::from(i)).fract();
         Self {
-            points: if low.cmple(high).all() {
-                points.collect()
-            } else {
-                Vec::new()
-            },
+            points: (1..=points).map(point).collect(),
         }
     }
 
@@ -35,11 +32,7 @@ impl Overlap {
     /// overlap.
     pub fn volume_left(&self, certificate: &Certificate) -> f64 {
         let boxes: Vec<_> = certificate.boxes().collect();
-        let open = |p: &&DVec3| {
-            boxes
-                .iter()
-                .any(|open| open.min.cmple(**p).all() && p.cmple(open.max).all())
-        };
+        let open = |p: &&DVec3| boxes.iter().any(|open| open.contains(**p));
         self.points.iter().filter(open).count() as f64 / self.points.len() as f64
     }
 }
@@ -60,24 +53,22 @@ pub fn fault(
         ));
     }
     let pair = missing?;
-    let (low, high) = meeting(case, &case.poses[pose], pair);
+    let place = meeting(case, &case.poses[pose], pair);
+    // By rounding it may be empty.
     let held = certificate
         .boxes()
-        .any(|open| open.min.cmple(high).all() && low.cmple(open.max).all());
+        .any(|open| open.min.cmple(place.max).all() && place.min.cmple(open.max).all());
     (!held).then(|| format!("the pair {pair:?} intersects outside of all open boxes"))
 }
 
 /// Where the boxes of two triangles overlap, along A's axes.
-pub fn meeting(case: &Case, pose: &Pose, [a, b]: [u32; 2]) -> (DVec3, DVec3) {
-    let bounds = |tree: &Tree, triangle: u32, place: &dyn Fn(DVec3) -> DVec3| {
-        let [p, q, r] = tree.mesh().triangle(triangle as usize).map(place);
-        (p.min(q).min(r), p.max(q).max(r))
-    };
-    let (a, b) = (
-        bounds(&case.a, a, &|v| v),
-        bounds(&case.b, b, &|v| pose.transform_point(v)),
-    );
-    (a.0.max(b.0), a.1.min(b.1))
+pub fn meeting(case: &Case, pose: &Pose, [a, b]: [u32; 2]) -> Aabb {
+    let [a, b] = [
+        case.a.mesh().triangle(a as usize),
+        case.b.mesh().triangle(b as usize),
+    ];
+    let b = b.map(|v| pose.transform_point(v));
+    Aabb::from_points(a).intersection(&Aabb::from_points(b))
 }
 
 #[cfg(test)]

@@ -154,16 +154,19 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_oracle_takes_the_best_hits_per_work_first_and_pays_for_the_path() {
-        // Roots; a poor leaf; an inner pair with a rich leaf below.
-        let opened = [
+    /// Roots; a poor leaf; an inner pair with a rich leaf below.
+    fn opened() -> [OpenedPair; 4] {
+        [
             pair(0, 16, 0),
             pair(0, 0, 4),
             pair(0, 16, 0),
             pair(2, 0, 10),
-        ];
-        let pieces = pieces(&opened, vec![vec![], vec![7], vec![], vec![1, 2, 3]]);
+        ]
+    }
+
+    #[test]
+    fn the_oracle_takes_the_best_hits_per_work_first_and_pays_for_the_path() {
+        let pieces = pieces(&opened(), vec![vec![], vec![7], vec![], vec![1, 2, 3]]);
         let work: Vec<u64> = pieces.iter().map(|piece| piece.work).collect();
         assert_eq!(work, [100 + 100 + 84 + 10 * 44, 84 + 4 * 44]);
         assert_eq!(pieces[0].hits, [1, 2, 3]);
@@ -171,25 +174,12 @@ mod tests {
 
     #[test]
     fn the_first_hit_is_the_cheapest() {
-        let opened = [
-            pair(0, 16, 0),
-            pair(0, 0, 4),
-            pair(0, 16, 0),
-            pair(2, 0, 10),
-        ];
-        let hits = [vec![], vec![7], vec![], vec![1]];
-        assert_eq!(
-            first_hit(&opened, &hits),
-            ([100 + 84 + 4 * 44, 16], 100 + 84)
-        );
-        assert_eq!(
-            first_hit(&opened, &[vec![], vec![], vec![], vec![1]]),
-            ([200 + 84 + 8 * 44, 32], 200 + 84)
-        );
-        assert_eq!(
-            first_hit(&opened, &[vec![], vec![], vec![], vec![]]),
-            ([0, 0], 0)
-        );
+        let at = |poor: &[u32], rich: &[u32]| {
+            first_hit(&opened(), &[vec![], poor.to_vec(), vec![], rich.to_vec()])
+        };
+        assert_eq!(at(&[7], &[1]), ([100 + 84 + 4 * 44, 16], 100 + 84));
+        assert_eq!(at(&[], &[1]), ([200 + 84 + 8 * 44, 32], 200 + 84));
+        assert_eq!(at(&[], &[]), ([0, 0], 0));
     }
 
     #[test]

@@ -8,32 +8,32 @@ mod work;
 
 use std::ops::Range;
 use std::path::Path;
-use std::time::Duration;
 
-use crate::report::{self, Axis, Block, Chart, Failure, Page, Picture, Series, Shape};
-use punctual::Mode;
+use crate::report::{self, Axis, Block, Chart, Failure, Page, Series, Shape, Table};
 
 use super::confidence;
 use super::contender::{CURVES, CUT_OFF, Curve, DEFAULT, DEPTH_FIRST, ORACLE, label};
 use super::distance::OURS;
-use super::distance::summary::{FINISHED, Kind, PROVEN};
-use super::measure::Limit;
+use super::measure::{Asked, Limit};
 use super::plan::plan;
-use super::summary::{DETECTED, Feature, Measurement, RECALL, Which, over_cases};
+use super::summary::{
+    DETECTED, FINISHED, Feature, Measurement, PROVEN, RECALL, Which, Worst, over_cases, worst_case,
+};
 
 /// Draws the plots into the folder and returns the page they stand on.
 pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<Page, Failure> {
     report::create_folder(&folder.join("cases"))?;
     let report = Report { cases, folder };
+    let has = |asked| cases.iter().any(|case| case.has(asked));
     let mut sections = Vec::new();
-    if cases.iter().any(has_intersections) {
+    if has(Asked::Any) {
         sections.push(report.time()?);
     }
     sections.extend(report.guarantees());
-    if cases.iter().any(distance::has_any) {
+    if has(Asked::Distance) {
         sections.push(report.distance()?);
     }
-    if cases.iter().any(has_intersections) {
+    if has(Asked::Any) {
         // All of these are means over the poses in contact.
         if cases.iter().any(|case| case.hits() > 0) {
             sections.extend(report.work()?);
@@ -54,11 +54,6 @@ pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<
     })
 }
 
-/// Whether more than distances was measured.
-fn has_intersections(case: &Measurement) -> bool {
-    !case.work.rows.is_empty()
-}
-
 struct Report<'r> {
     cases: &'r [Measurement],
     folder: &'r Path,
@@ -66,42 +61,36 @@ struct Report<'r> {
 
 impl Report<'_> {
     fn plot(&self, name: &str, chart: &Chart) -> Result<Block, Failure> {
-        let picture = Picture::render(chart)?;
-        picture.write(self.folder, name)?;
-        Ok(Block::from(&picture))
+        report::plot(self.folder, name, chart)
     }
 
     /// What users get from a deadline, in one picture, also to be shown elsewhere.
     fn overview(&self) -> Chart {
-        let over_time = |order, mode, feature| time_points(self.cases, order, mode, feature);
         // A plain query for a first contact or a distance knows what depth-first knows.
-        let contacts =
-            [DEFAULT, DEPTH_FIRST].map(|order| (0, order, over_time(order, Mode::Any, DETECTED)));
-        let pairs = [DEFAULT, DEPTH_FIRST, CUT_OFF]
-            .map(|order| (1, order, over_time(order, Mode::All, RECALL)));
-        let distances = [
-            (DEFAULT, OURS, PROVEN),
-            (DEPTH_FIRST, DEPTH_FIRST, FINISHED),
-        ]
-        .map(|(order, name, feature)| {
-            (
-                2,
-                order,
-                distance::line(self.cases, Kind::Time, name, feature),
-            )
-        });
-        let shown: Vec<_> = contacts.into_iter().chain(pairs).chain(distances).collect();
-        let span = time_span(shown.iter().map(|(.., points)| points));
-        let series = shown.into_iter().map(|(color, order, points)| {
-            let what = ["contact detected", "pairs found", "distance within 10 %"][color];
-            let points = within(points, &span);
-            let shape = match order {
-                DEPTH_FIRST => Shape::Dashed(points),
-                CUT_OFF => Shape::Points(points),
-                _ => Shape::Line(points),
-            };
-            Series::new(format!("{what}: {}", label(order)), color, shape)
-        });
+        let shown: [(usize, &str, &str, Asked, Feature); 7] = [
+            (0, DEFAULT, DEFAULT, Asked::Any, DETECTED),
+            (0, DEPTH_FIRST, DEPTH_FIRST, Asked::Any, DETECTED),
+            (1, DEFAULT, DEFAULT, Asked::All, RECALL),
+            (1, DEPTH_FIRST, DEPTH_FIRST, Asked::All, RECALL),
+            (1, CUT_OFF, CUT_OFF, Asked::All, RECALL),
+            (2, DEFAULT, OURS, Asked::Distance, PROVEN),
+            (2, DEPTH_FIRST, DEPTH_FIRST, Asked::Distance, FINISHED),
+        ];
+        let lines = shown
+            .map(|(.., order, asked, feature)| Kind::Time.line(self.cases, order, asked, feature));
+        let span = time_span(&lines);
+        let series = shown
+            .into_iter()
+            .zip(lines)
+            .map(|((color, order, ..), points)| {
+                let what = ["contact detected", "pairs found", "distance within 10 %"][color];
+                let points = within(points, &span);
+                let shape = match order {
+                    CUT_OFF => Shape::Points(points),
+                    _ => Shape::line(points, order == DEPTH_FIRST),
+                };
+                Series::new(format!("{what}: {}", label(order)), color, shape)
+            });
         Chart {
             title: "What is known when the time is up".to_owned(),
             series: series.collect(),
@@ -130,6 +119,12 @@ pub fn decimals(value: f64, digits: usize) -> String {
     }
 }
 
+/// Something of one curve after the other, in words: its mean and its worst case.
+fn in_words(name: &str, mean: f64, Worst { case, value }: Worst) -> String {
+    let (mean, value) = (number(mean), number(value));
+    format!("{name} {mean} (worst case {value}, {case})")
+}
+
 /// The lines of the plots, of what was measured.
 fn drawn() -> impl Iterator<Item = Curve> {
     CURVES
@@ -140,112 +135,88 @@ fn drawn() -> impl Iterator<Item = Curve> {
 const TIME: &str = "time given, microseconds";
 const WORK: &str = "work done, % of a full search";
 
-/// What is plotted for a mode. A plain query for a first contact ends with it, as depth-first does, and has no line.
-fn curves(mode: Mode) -> impl Iterator<Item = (usize, Curve)> {
-    drawn()
-        .enumerate()
-        .filter(move |(_, curve)| mode == Mode::All || curve.order != CUT_OFF)
+/// The budgets over which something is shown.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Work,
+    Time,
 }
 
-fn series((color, curve): (usize, Curve), points: Vec<[f64; 2]>) -> Series {
-    Series::new(
-        curve.label,
-        color,
-        if curve.dashed {
-            Shape::Dashed(points)
-        } else {
-            Shape::Line(points)
-        },
-    )
-}
+impl Kind {
+    /// The budgets, and their places on an axis.
+    fn limits(self) -> Vec<(f64, Limit)> {
+        let works = plan().percent().map(|p| (f64::from(p), Limit::Work(p)));
+        let times = plan()
+            .times()
+            .map(|t| (1e6 * t.as_secs_f64(), Limit::Time(t)));
+        match self {
+            Self::Work => works.collect(),
+            Self::Time => times.collect(),
+        }
+    }
 
-/// A feature over the work done; a mean over these cases.
-fn over_work(cases: &[Measurement], title: &str, mode: Mode, feature: Feature) -> Chart {
-    let points = |order| {
-        let measured = plan().percent().map(|percent| {
-            [
-                f64::from(percent),
-                at_work(cases, order, mode, percent, feature),
-            ]
+    /// A feature at each budget; a mean over these cases.
+    fn line(
+        self,
+        cases: &[Measurement],
+        order: &'static str,
+        asked: Asked,
+        feature: Feature,
+    ) -> Vec<[f64; 2]> {
+        let limits = self.limits().into_iter();
+        limits
+            .map(|(x, limit)| [x, over_cases(cases, Which(order, asked, limit), feature)])
+            .collect()
+    }
+
+    /// A feature over what is given; a mean over these cases. A plain query for a first contact ends with it, as
+    /// depth-first does, and has no line; the best order has no time.
+    fn chart(self, cases: &[Measurement], title: &str, asked: Asked, feature: Feature) -> Chart {
+        let curves = drawn().enumerate().filter(|(_, curve)| {
+            (asked == Asked::All || curve.order != CUT_OFF)
+                && (self == Self::Work || curve.order != ORACLE)
         });
-        std::iter::once([0.0, 0.0]).chain(measured).collect()
-    };
-    Chart {
-        title: title.to_owned(),
-        x: Axis::linear(WORK).range(0.0..100.0),
-        y: Axis::linear("share").range(0.0..1.0),
-        series: curves(mode)
-            .map(|curve| series(curve, points(curve.1.order)))
-            .collect(),
+        let (curves, mut lines): (Vec<_>, Vec<_>) = curves
+            .map(|curve| (curve, self.line(cases, curve.1.order, asked, feature)))
+            .unzip();
+        let x = if self == Self::Work {
+            lines.iter_mut().for_each(|line| line.insert(0, [0.0, 0.0]));
+            Axis::linear(WORK).range(0.0..100.0)
+        } else {
+            let span = time_span(&lines);
+            lines = lines.into_iter().map(|line| within(line, &span)).collect();
+            Axis::log(TIME).range(span)
+        };
+        let series = curves
+            .into_iter()
+            .zip(lines)
+            .map(|((color, curve), points)| {
+                Series::new(curve.label, color, Shape::line(points, curve.dashed))
+            });
+        Chart {
+            title: title.to_owned(),
+            x,
+            y: Axis::linear("share").range(0.0..1.0),
+            series: series.collect(),
+        }
     }
 }
 
 fn at_work(
     cases: &[Measurement],
     order: &'static str,
-    mode: Mode,
+    asked: Asked,
     percent: u32,
     feature: Feature,
 ) -> f64 {
-    over_cases(
-        cases,
-        Which {
-            order,
-            mode,
-            budget: Limit::Work(percent),
-        },
-        feature,
-    )
-}
-
-/// A feature over the time given; a mean over these cases.
-fn over_time(cases: &[Measurement], title: &str, mode: Mode, feature: Feature) -> Chart {
-    let timed = curves(mode).filter(|(_, curve)| curve.order != ORACLE);
-    let lines: Vec<_> = timed
-        .map(|curve| (curve, time_points(cases, curve.1.order, mode, feature)))
-        .collect();
-    let span = time_span(lines.iter().map(|(_, points)| points));
-    Chart {
-        title: title.to_owned(),
-        series: lines
-            .into_iter()
-            .map(|(curve, points)| series(curve, within(points, &span)))
-            .collect(),
-        x: Axis::log(TIME).range(span),
-        y: Axis::linear("share").range(0.0..1.0),
-    }
-}
-
-fn time_points(
-    cases: &[Measurement],
-    order: &'static str,
-    mode: Mode,
-    feature: Feature,
-) -> Vec<[f64; 2]> {
-    let at = |us: u64| {
-        over_cases(
-            cases,
-            Which {
-                order,
-                mode,
-                budget: Limit::Time(Duration::from_micros(us)),
-            },
-            feature,
-        )
-    };
-    plan()
-        .microseconds()
-        .iter()
-        .map(|&us| [us as f64, at(us)])
-        .collect()
+    over_cases(cases, Which(order, asked, Limit::Work(percent)), feature)
 }
 
 /// The times within which something happens: from the last at which all lines are at 0 to the first at which all are at 1.
-fn time_span<'p>(lines: impl Iterator<Item = &'p Vec<[f64; 2]>>) -> Range<f64> {
+fn time_span(lines: &[Vec<[f64; 2]>]) -> Range<f64> {
     const END: f64 = 0.005;
-    let lines: Vec<_> = lines.collect();
     let all = |i: usize, at: &dyn Fn(f64) -> bool| lines.iter().all(|line| at(line[i][1]));
-    let budgets = plan().microseconds();
+    let budgets = &plan().time_us;
     let last = budgets.len() - 1;
     let start = (0..last).rev().find(|&i| all(i, &|y| y < END)).unwrap_or(0);
     let end = (start + 1..last)
@@ -255,24 +226,50 @@ fn time_span<'p>(lines: impl Iterator<Item = &'p Vec<[f64; 2]>>) -> Range<f64> {
 }
 
 fn within(points: Vec<[f64; 2]>, span: &Range<f64>) -> Vec<[f64; 2]> {
+    let points = points.into_iter();
     points
-        .into_iter()
         .filter(|[x, _]| *x >= span.start && *x <= span.end)
         .collect()
 }
 
-/// The largest, by name: the first of equals.
-fn best(
-    names: impl Iterator<Item = &'static str>,
-    value: impl Fn(&'static str) -> f64,
-) -> &'static str {
-    names
-        .reduce(|best, name| {
-            if value(name) > value(best) {
-                name
-            } else {
-                best
-            }
-        })
-        .unwrap_or(DEPTH_FIRST)
+/// A row for each order and a column for each budget, with the mean and the worst case.
+fn by_budget(
+    title: &str,
+    orders: impl Iterator<Item = &'static str>,
+    budgets: &[(String, Limit)],
+    cell: impl Fn(&'static str, Limit) -> [f64; 2],
+) -> Table {
+    let names = budgets.iter().map(|(name, _)| name.clone());
+    let row = |order| {
+        let cells = budgets.iter().map(|(_, limit)| cell(order, *limit));
+        let cells = cells.map(|both| both.map(number).join(" / "));
+        std::iter::once(label(order).to_owned())
+            .chain(cells)
+            .collect()
+    };
+    let header = std::iter::once(title.to_owned()).chain(names);
+    Table::new(header, orders.map(row).collect())
+}
+
+/// The budgets of work, with their names in tables.
+fn works() -> Vec<(String, Limit)> {
+    let works = plan().percent();
+    works
+        .map(|percent| (format!("{percent} %"), Limit::Work(percent)))
+        .collect()
+}
+
+impl Report<'_> {
+    /// Mean over cases and worst case of a feature, for [`by_budget`].
+    fn mean_and_worst(
+        &self,
+        asked: Asked,
+        feature: Feature,
+    ) -> impl Fn(&'static str, Limit) -> [f64; 2] {
+        move |order, limit| {
+            let which = Which(order, asked, limit);
+            let worst = worst_case(self.cases, which, feature).value;
+            [over_cases(self.cases, which, feature), worst]
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! What is compared, and by which budgets: chosen once.
 
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use super::contender::{CONTENDERS, CUT_OFF, Contender, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 
@@ -72,8 +73,13 @@ impl Plan {
             .unwrap_or(percent)
     }
 
-    /// Budgets of time in microseconds, ascending.
-    pub fn microseconds(&self) -> &[u64] {
-        &self.time_us
+    /// Budgets of time, ascending.
+    pub fn times(&self) -> impl Iterator<Item = Duration> {
+        self.time_us.iter().copied().map(Duration::from_micros)
+    }
+
+    /// All that is compared under budgets of time.
+    pub fn timed_names(&self) -> impl Iterator<Item = &'static str> {
+        self.contenders().map(|contender| contender.name)
     }
 }

@@ -4,11 +4,11 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
-use punctual::{Budget, Mode, StopReason, Workspace};
+use punctual::{Budget, StopReason, Workspace};
 
 use super::case::Case;
 use super::contender::{DEFAULT, DEPTH_FIRST};
-use super::measure::{Answer, Judge, Limit, Row, cut_off};
+use super::measure::{Answer, Finished, Judge, Limit, MODES, Round, Row, cut_off};
 use super::plan::plan;
 use super::truth::Truth;
 
@@ -22,39 +22,21 @@ pub struct Overrun {
     pub spin: f64,
 }
 
-/// One round over all poses of a case, in order, so that no query finds its own tracks in the caches.
-#[derive(Default)]
-pub struct Round {
-    pub rows: Vec<Row>,
-    /// Of the default order, where the deadline ended it.
-    pub overruns: Vec<Overrun>,
-    /// Seconds of a finished query.
-    pub finished: Vec<Time>,
-    pub wrong: usize,
-}
-
-#[derive(Clone, Copy)]
-pub struct Time {
-    pub order: &'static str,
-    pub mode: Mode,
-    pub seconds: f64,
-}
-
 /// The default order without any budget, which goes depth-first.
 pub const UNLIMITED: &str = "no budget";
 
-/// A round over the poses with these numbers; nothing if `progress`, called after each pass over the poses, says stop.
+/// A round over the poses with these numbers; false if `progress`, called after each pass over the poses, says stop.
 pub fn round(
     case: &Case,
     truth: &[Truth],
     poses: &[usize],
+    round: &mut Round,
     mut progress: impl FnMut() -> bool,
-) -> Option<Round> {
-    let mut round = Round::default();
+) -> bool {
     let mut workspace = Workspace::with_capacity(4096, 1 << 20);
     let readings = clock_readings();
     for contender in plan().contenders() {
-        for mode in [Mode::Any, Mode::All] {
+        for (asked, mode) in MODES {
             let query = |pose: usize| {
                 contender
                     .query(&case.a, &case.b, case.poses[pose])
@@ -64,10 +46,12 @@ pub fn round(
                 for &pose in poses {
                     let start = Instant::now();
                     let _ = black_box(query(pose).run(&mut workspace, budget));
-                    round.finished.push(Time {
+                    round.finished.push(Finished {
+                        pose,
                         order,
-                        mode,
-                        seconds: start.elapsed().as_secs_f64(),
+                        asked,
+                        cost: start.elapsed().as_secs_f64(),
+                        bv_tests: f64::NAN,
                     });
                 }
             };
@@ -75,58 +59,40 @@ pub fn round(
             if contender.name == DEFAULT {
                 finish(UNLIMITED, Budget::unlimited());
             }
-            for limit in plan()
-                .microseconds()
-                .iter()
-                .copied()
-                .map(Duration::from_micros)
-            {
+            for limit in plan().times() {
                 for &pose in poses {
                     let query = query(pose);
                     let (cpu, start) = (ThreadTime::now(), Instant::now());
                     let outcome = query.run(&mut workspace, Budget::time(limit));
                     let (wall, cpu) = (start.elapsed(), cpu.elapsed());
                     let mut judge = Judge::new(&truth[pose]);
-                    workspace
-                        .pairs()
-                        .iter()
-                        .for_each(|pair| judge.report(*pair));
-                    let verdict = judge.answer(&outcome, mode);
+                    let pairs = workspace.pairs().iter();
+                    pairs.for_each(|pair| judge.report(*pair));
+                    let verdict = judge.answer(&outcome, asked);
                     round.wrong += usize::from(verdict == Answer::Wrong);
-                    let row = Row {
-                        pose,
-                        order: contender.name,
-                        mode,
-                        budget: Limit::Time(limit),
-                        verdict,
-                        recall: judge.recall(),
-                        coverage: judge.coverage(),
-                        unresolved: f64::NAN,
-                        volume_left: f64::NAN,
-                    };
+                    let row = Row::new(pose, contender.name, asked, Limit::Time(limit), verdict)
+                        .with(&judge);
                     round.rows.push(row);
+                    let is_late = outcome.stop == StopReason::Deadline;
                     if contender.name == DEPTH_FIRST {
-                        round
-                            .rows
-                            .push(cut_off(row, outcome.stop == StopReason::Deadline));
+                        round.rows.push(cut_off(row, is_late));
                     }
-                    if contender.name == DEFAULT && outcome.stop == StopReason::Deadline {
+                    if contender.name == DEFAULT && is_late {
                         let beyond = |time: Duration| time.as_secs_f64() - limit.as_secs_f64();
-                        let cpu = beyond(cpu) - readings;
                         round.overruns.push(Overrun {
                             wall: beyond(wall),
-                            cpu,
+                            cpu: beyond(cpu) - readings,
                             spin: beyond(spin(limit)),
                         });
                     }
                 }
             }
             if !progress() {
-                return None;
+                return false;
             }
         }
     }
-    Some(round)
+    true
 }
 
 /// Looks at the clock until the time is over; how long that took.

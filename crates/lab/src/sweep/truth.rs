@@ -5,7 +5,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::report::{Failure, write};
-use punctual::{Budget, Pose, Query, StopReason, Workspace};
+use crate::traversal::complete;
+use punctual::{Pose, Query, Workspace};
 
 use super::case::Case;
 
@@ -66,15 +67,9 @@ fn read(file: &Path, header: &str, poses: usize) -> Option<Vec<Vec<[u32; 2]>>> {
 }
 
 fn compute(case: &Case, pose: Pose, workspace: &mut Workspace) -> Vec<[u32; 2]> {
+    let mut pairs = Vec::new();
     let query = Query::all_pairs(&case.a, &case.b, pose);
-    let mut outcome = query.run(workspace, Budget::unlimited());
-    let mut pairs: Vec<_> = workspace.drain_pairs().collect();
-    while outcome.stop == StopReason::PairsFull
-        && let Ok(next) = query.resume(workspace, Budget::unlimited())
-    {
-        outcome = next;
-        pairs.extend(workspace.drain_pairs());
-    }
+    let _ = complete(&query, workspace, |pair| pairs.push(pair));
     pairs.sort_unstable();
     pairs
 }
@@ -84,8 +79,7 @@ fn locate(case: &Case, pose: &Pose, pairs: Vec<[u32; 2]>) -> Truth {
     let edge = (REGION * case.size()).max(f64::MIN_POSITIVE);
     let mut numbers = HashMap::new();
     let region = pairs.iter().map(|&pair| {
-        let (low, high) = super::open::meeting(case, pose, pair);
-        let middle = (low + high) * 0.5;
+        let middle = super::open::meeting(case, pose, pair).center();
         let next = numbers.len() as u32;
         *numbers
             .entry((middle / edge).floor().to_array().map(|x| x as i64))

@@ -1,24 +1,23 @@
 //! What is known after a share of the work: the same figures on every machine.
 
-use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table};
-use crate::statistics::{mean, quantile, sorted};
-use punctual::Mode;
+use crate::report::{Axis, Block, Chart, Failure, Section, Series, Shape, Table};
+use crate::statistics::{mean, quantile};
 
 use super::super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, label};
-use super::super::measure::Limit;
+use super::super::measure::{Asked, Limit};
 use super::super::plan::plan;
 use super::super::summary::{
     BV_TESTS, COVERAGE, DETECTED, Feature, RECALL, WORK, Which, Worst, area, first_hit,
-    first_hit_of_case, volume_left, worst_case,
+    first_hit_of_case, spread, volume_left, worst_case,
 };
-use super::{Report, at_work, drawn, number, over_work};
+use super::{Kind, Report, at_work, by_budget, drawn, in_words, number, works};
 
 /// A question that is asked after a share of the work.
 struct Question {
     id: &'static str,
     title: &'static str,
     shown: &'static str,
-    mode: Mode,
+    asked: Asked,
     feature: Feature,
     /// Share of the work, in percent, that is put in words; the nearest one measured.
     percent: u32,
@@ -30,7 +29,7 @@ const QUESTIONS: [Question; 3] = [
         title: "Is there a contact?",
         shown: "Share of the poses in contact at which the contact is known after a share of the work. A plain query for \
                 a first contact ends with it, and so knows what depth-first knows.",
-        mode: Mode::Any,
+        asked: Asked::Any,
         feature: DETECTED,
         percent: 5,
     },
@@ -38,7 +37,7 @@ const QUESTIONS: [Question; 3] = [
         id: "all",
         title: "Which triangles meet?",
         shown: "Share of the pairs of triangles that meet which are known after a share of the work (recall).",
-        mode: Mode::All,
+        asked: Asked::All,
         feature: RECALL,
         percent: 20,
     },
@@ -47,11 +46,13 @@ const QUESTIONS: [Question; 3] = [
         title: "Where do they meet?",
         shown: "Share of the contact regions, of which a pair is known after a share of the work (coverage). A region is a \
                 cell of a grid, 5 % of the smaller mesh wide, in which triangles meet.",
-        mode: Mode::All,
+        asked: Asked::All,
         feature: COVERAGE,
         percent: 20,
     },
 ];
+
+const MEAN_AND_WORST: &str = "mean / worst case";
 
 impl Report<'_> {
     /// A section for each question.
@@ -67,42 +68,28 @@ impl Report<'_> {
             id,
             title,
             shown,
-            mode,
+            asked,
             feature,
-            percent,
+            ..
         } = question;
-        let percent = plan().percent_near(percent);
-        let at = |order, percent| at_work(self.cases, order, mode, percent, feature);
-        let worst = |order, percent| {
-            worst_case(
-                self.cases,
-                Which {
-                    order,
-                    mode,
-                    budget: Limit::Work(percent),
-                },
-                feature,
-            )
-        };
-        let mut chart = over_work(self.cases, title, mode, feature);
-        chart.series.insert(0, self.band(mode, feature));
-        let table = by_percent(plan().names(), |order, percent| {
-            [at(order, percent), worst(order, percent).value]
-        });
-        let compared = drawn().filter(|curve| mode == Mode::All || curve.order != CUT_OFF);
+        let percent = plan().percent_near(question.percent);
+        let mut chart = Kind::Work.chart(self.cases, title, asked, feature);
+        let mut text =
+            "Each case counts alike, as the mean over its poses in contact. The worst case is the one with the least mean."
+                .to_owned();
+        // Where an answer is yes or no a band would say nothing.
+        if asked == Asked::All {
+            chart.series.insert(0, self.band(asked, feature));
+            text += " The shaded band holds the middle half of these poses of all cases, for this library.";
+        }
+        let compared = drawn().filter(|curve| asked == Asked::All || curve.order != CUT_OFF);
         let words = compared.map(|curve| {
-            let Worst { case, value } = worst(curve.order, percent);
-            format!(
-                "{} {} (worst case {}, {case})",
-                curve.label,
-                number(at(curve.order, percent)),
-                number(value)
-            )
+            let mean = at_work(self.cases, curve.order, asked, percent, feature);
+            let which = Which(curve.order, asked, Limit::Work(percent));
+            in_words(curve.label, mean, worst_case(self.cases, which, feature))
         });
-        let mut measured = format!(
-            "With {percent} % of the work: {}.",
-            words.collect::<Vec<_>>().join("; ")
-        );
+        let words = words.collect::<Vec<_>>().join("; ");
+        let mut measured = format!("With {percent} % of the work: {words}.");
         if id == "all" {
             let [ours, plain, oracle] =
                 [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| number(area(self.cases, order)));
@@ -110,56 +97,25 @@ impl Report<'_> {
                 " Mean over all budgets: {ours}, depth-first {plain}, best order {oracle}."
             );
         }
-        let mut text =
-            "Each case counts alike, as the mean over its poses in contact. The worst case is the one with the least \
-                        mean."
-                .to_owned();
-        if mode == Mode::All {
-            text += " The shaded band holds the middle half of these poses of all cases, for this library.";
-        }
-        Ok(Section {
-            id: id.to_owned(),
-            title: title.to_owned(),
-            lead: Lead::Shows(shown.to_owned()),
-            measured,
-            blocks: vec![
-                self.plot(id, &chart)?,
-                Block::Text(text),
-                Block::Table(table),
-            ],
-        })
+        let cell = self.mean_and_worst(asked, feature);
+        let table = by_budget(MEAN_AND_WORST, plan().names(), &works(), cell);
+        let blocks = vec![
+            self.plot(id, &chart)?,
+            Block::Text(text),
+            Block::Table(table),
+        ];
+        Ok(Section::shows(id, title, shown, measured, blocks))
     }
 
-    /// The middle half of the poses. Where an answer is yes or no it would say nothing.
-    fn band(&self, mode: Mode, feature: Feature) -> Series {
+    /// The middle half of the poses.
+    fn band(&self, asked: Asked, feature: Feature) -> Series {
         let bar = |percent: u32| {
-            let which = Which {
-                order: DEFAULT,
-                mode,
-                budget: Limit::Work(percent),
-            };
-            let rows = self.cases.iter().flat_map(|case| {
-                case.work
-                    .rows
-                    .iter()
-                    .filter(move |row| which.picks(row) && case.collides(row))
-            });
-            let values = sorted(rows.map(feature));
-            [
-                f64::from(percent),
-                quantile(&values, 0.25),
-                quantile(&values, 0.75),
-            ]
+            let which = Which(DEFAULT, asked, Limit::Work(percent));
+            let values = spread(self.cases, which, feature);
+            let [low, high] = [0.25, 0.75].map(|fraction| quantile(&values, fraction));
+            [f64::from(percent), low, high]
         };
-        Series::new(
-            "",
-            0,
-            Shape::Band(if mode == Mode::Any {
-                vec![]
-            } else {
-                plan().percent().map(bar).collect()
-            }),
-        )
+        Series::new("", 0, Shape::Band(plan().percent().map(bar).collect()))
     }
 
     pub(super) fn first_hit(&self) -> Section {
@@ -169,36 +125,35 @@ impl Report<'_> {
             "worst case",
             "BV tests: mean",
         ];
+        let share = |order: &str, cost| 1.0 / first_hit(self.cases, order, cost);
         let worst = |order: &str| {
-            let shares = self.cases.iter().filter_map(|case| {
+            let gains = self.cases.iter().filter_map(|case| {
                 Some((&*case.name, 1.0 / first_hit_of_case(case, order, WORK)?))
             });
-            Worst::largest(shares)
+            Worst::largest(gains)
         };
         let row = |order| {
-            let [work, bv_tests] =
-                [WORK, BV_TESTS].map(|cost| 1.0 / first_hit(self.cases, order, cost));
+            let cells = [
+                share(order, WORK),
+                worst(order).value,
+                share(order, BV_TESTS),
+            ];
             std::iter::once(label(order).to_owned())
-                .chain([work, worst(order).value, bv_tests].map(number))
+                .chain(cells.map(number))
                 .collect()
         };
-        let [ours, oracle] =
-            [DEFAULT, ORACLE].map(|order| 1.0 / first_hit(self.cases, order, WORK));
         let Worst { case, value } = worst(DEFAULT);
-        Section {
-            id: "first-hit".into(),
-            title: "How soon is the first contact found?".into(),
-            lead: Lead::Shows(
-                "The work to the first pair of triangles that meet, over that of a depth-first search: below 1 is sooner.".into(),
-            ),
-            measured: format!(
+        let [ours, oracle] = [DEFAULT, ORACLE].map(|order| share(order, WORK));
+        let orders = plan().names().filter(|order| *order != CUT_OFF);
+        Section::shows(
+            "first-hit",
+            "How soon is the first contact found?",
+            "The work to the first pair of triangles that meet, over that of a depth-first search: below 1 is sooner.",
+            format!(
                 "{ours:.2} of the work of depth-first (worst case {value:.2}, {case}); the best order {oracle:.2}. Geometric means."
             ),
-            blocks: vec![Block::Table(Table::new(
-                header,
-                plan().names().filter(|order| *order != CUT_OFF).map(row).collect(),
-            ))],
-        }
+            vec![Block::Table(Table::new(header, orders.map(row).collect()))],
+        )
     }
 
     /// How the certificate shrinks.
@@ -220,24 +175,22 @@ impl Report<'_> {
             y: Axis::linear("share of the boxes' overlap").range(0.0..1.0),
             series: CERTIFIED.iter().enumerate().map(line).collect(),
         };
-        let cell = |order, percent| [at(order, percent), worst(order, percent).value];
-        let table = by_percent(CERTIFIED.into_iter(), cell);
-        let Worst { case, value } = worst(DEFAULT, half);
-        Ok(Section {
-            id: "volume-left".into(),
-            title: "Where could a contact still be?".into(),
-            lead: Lead::Shows(
-                "A stopped query names boxes outside of which nothing was missed (its certificate). Their volume, as a share \
-                 of the overlap of the bounding boxes of the two meshes: 1 means that nothing is known, 0 that all is."
-                    .into(),
-            ),
-            measured: format!(
-                "After {half} % of the work: {} (worst case {}, {case}); depth-first {}.",
-                number(at(DEFAULT, half)),
-                number(value),
+        let cell = |order, limit| match limit {
+            Limit::Work(percent) => [at(order, percent), worst(order, percent).value],
+            Limit::Time(_) => [f64::NAN; 2],
+        };
+        let table = by_budget(MEAN_AND_WORST, CERTIFIED.into_iter(), &works(), cell);
+        let words = in_words("", at(DEFAULT, half), worst(DEFAULT, half));
+        Ok(Section::shows(
+            "volume-left",
+            "Where could a contact still be?",
+            "A stopped query names boxes outside of which nothing was missed (its certificate). Their volume, as a share \
+             of the overlap of the bounding boxes of the two meshes: 1 means that nothing is known, 0 that all is.",
+            format!(
+                "After {half} % of the work:{words}; depth-first {}.",
                 number(at(DEPTH_FIRST, half)),
             ),
-            blocks: vec![
+            vec![
                 self.plot("volume-left", &chart)?,
                 Block::Text(
                     "Mean over cases of the median over the poses at which the bounding boxes overlap; all pairs are looked \
@@ -246,28 +199,6 @@ impl Report<'_> {
                 ),
                 Block::Table(table),
             ],
-        })
-    }
-}
-
-/// A row for each order and a column for each share of the work; `cell` gives the mean and the worst case.
-fn by_percent(
-    orders: impl Iterator<Item = &'static str>,
-    cell: impl Fn(&'static str, u32) -> [f64; 2],
-) -> Table {
-    let header = std::iter::once("mean / worst case".to_owned())
-        .chain(plan().percent().map(|percent| format!("{percent} %")));
-    let row = |order| {
-        let cells = plan().percent().map(|percent| {
-            let [mean, worst] = cell(order, percent);
-            format!("{} / {}", number(mean), number(worst))
-        });
-        std::iter::once(label(order).to_owned())
-            .chain(cells)
-            .collect()
-    };
-    Table {
-        header: header.collect(),
-        rows: orders.map(row).collect(),
+        ))
     }
 }
