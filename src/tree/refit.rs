@@ -65,7 +65,7 @@ impl Tree {
         }
     }
 
-    fn follow_mesh(&mut self) {
+    pub(super) fn follow_mesh(&mut self) {
         self.unit = Unit::of(&self.mesh);
         self.unit
             .place(&self.mesh, &self.corners, &mut self.triangles);
