@@ -338,6 +338,7 @@ fn a_full_workspace_is_drained_and_resumed() {
         assert_eq!(pairs, expected);
         assert_eq!(answer.stats.found, expected.len() as u64);
     }
+    assert_eq!(tree.self_intersections(), expected);
 }
 
 #[test]

@@ -18,6 +18,7 @@ use crate::engine::workspace::{Asked, Key, Workspace};
 use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
 use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
+use alloc::vec::Vec;
 use own_pairs::OwnPairs;
 use punctual_geom::Pose;
 
@@ -82,6 +83,26 @@ impl<'t> Query<'t, SelfIntersection> {
     pub fn pair_limit(mut self, pairs: usize) -> Self {
         self.asked.options.pair_limit = pairs.max(1);
         self
+    }
+}
+
+impl Tree {
+    /// All pairs of triangles of the mesh that intersect beyond what they share, sorted: those of
+    /// [`Query::self_intersections`], without a budget.
+    #[must_use]
+    pub fn self_intersections(&self) -> Vec<[u32; 2]> {
+        let (query, mut workspace) = (Query::self_intersections(self), Workspace::new());
+        let mut answer = Ok(query.run(&mut workspace, Budget::unlimited()));
+        let mut pairs = Vec::new();
+        while let Ok(part) = answer {
+            pairs.extend(workspace.drain_pairs());
+            answer = match part.stop {
+                StopReason::PairsFull => query.resume(&mut workspace, Budget::unlimited()),
+                _ => break,
+            };
+        }
+        pairs.sort_unstable();
+        pairs
     }
 }
 

@@ -93,9 +93,9 @@ impl Traversal<'_, '_, OwnPairs<'_>> {
         let mut strangers = 0;
         for (lane, &[i, j]) in pairs[..count].iter().enumerate() {
             let shared = shared(&tree.vertices_of(i), &tree.vertices_of(j));
-            if shared.is_empty() {
+            if shared == 0 {
                 strangers |= 1 << lane;
-            } else if !meet_only_in(&shared, &tree.corners(i), &tree.corners(j), scale) {
+            } else if !meet_only_in(shared, &tree.corners(i), &tree.corners(j), scale) {
                 self.workspace.uncertain.push([i, j]);
             }
         }
@@ -106,7 +106,7 @@ impl Traversal<'_, '_, OwnPairs<'_>> {
         let verdicts = batch::test(lanes, strangers, rows, &self.relative.triangles, None);
         for lane in bits((verdicts.hit | verdicts.doubt) & strangers) {
             let [a, b] = pairs[lane].map(|triangle| tree.corners(triangle));
-            if !meet_only_in(&shared(&a, &b), &a, &b, scale) {
+            if !meet_only_in(shared(&a, &b), &a, &b, scale) {
                 self.workspace.uncertain.push(pairs[lane]);
             }
         }

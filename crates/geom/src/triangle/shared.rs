@@ -1,40 +1,35 @@
 //! A filter in `f64` for triangles of one surface: do they certainly meet only in the corners they
 //! share? `docs/numerics.md` derives the bounds.
 
-use arrayvec::ArrayVec;
 use glam::DVec3;
 
 type Triangle = [DVec3; 3];
 
-/// The corners that two triangles share, as indices of the corner in each. Equal corners of one
-/// triangle appear more than once; of more than three the rest is left out.
+/// The corners that two triangles share: bit `3 i + j` for corner `i` of `a` and `j` of `b`.
 #[inline(always)]
-pub fn shared<P: PartialEq>(a: &[P; 3], b: &[P; 3]) -> ArrayVec<[usize; 2], 3> {
-    let mut shared = ArrayVec::new();
-    for (i, p) in a.iter().enumerate() {
-        for (j, q) in b.iter().enumerate() {
-            if p == q && !shared.is_full() {
-                shared.push([i, j]);
-            }
-        }
-    }
-    shared
+pub fn shared<P: PartialEq>(a: &[P; 3], b: &[P; 3]) -> u32 {
+    let row =
+        |p: &P| u32::from(*p == b[0]) | u32::from(*p == b[1]) << 1 | u32::from(*p == b[2]) << 2;
+    row(&a[0]) | row(&a[1]) << 3 | row(&a[2]) << 6
 }
 
 /// True if triangles certainly meet only in these shared corners. `scale` is a power of two that
 /// takes differences of corners to 1 or less.
 #[inline(always)]
-pub fn meet_only_in(shared: &[[usize; 2]], a: &Triangle, b: &Triangle, scale: f64) -> bool {
-    match *shared {
-        [[i, j]] => {
-            let p = a[i];
-            let from = |q: DVec3| (q - p) * scale;
+pub fn meet_only_in(shared: u32, a: &Triangle, b: &Triangle, scale: f64) -> bool {
+    let corners = |bit: u32| [bit as usize / 3 % 3, bit as usize % 3];
+    let [i, j] = corners(shared.trailing_zeros());
+    let p = a[i];
+    let from = |q: DVec3| (q - p) * scale;
+    match shared.count_ones() {
+        1 => {
             let others = |t: &Triangle, i: usize| [from(t[(i + 1) % 3]), from(t[(i + 2) % 3])];
             only_in_corner(others(a, i), others(b, j))
         }
-        [[i, j], [k, l]] if i != k && j != l => {
-            let from = |q: DVec3| (q - a[i]) * scale;
-            only_in_edge(from(a[k]), from(a[3 - i - k]), from(b[3 - j - l]))
+        2 => {
+            let [k, l] = corners(31 - shared.leading_zeros());
+            // Not with a corner that a triangle has twice.
+            i != k && j != l && only_in_edge(from(a[k]), from(a[3 - i - k]), from(b[3 - j - l]))
         }
         _ => false,
     }
@@ -69,13 +64,12 @@ fn only_in_corner(a: [DVec3; 2], b: [DVec3; 2]) -> bool {
     let (unit_a, unit_b) = (unit(a, sizes_a), unit(b, sizes_b));
     // Any direction is right if it separates, so its rounding does not matter.
     let parts = |n: DVec3| {
-        let beyond = |v: DVec3, sign: f64| sign * n.dot(v) > ERROR * size(n) + TINY;
-        let on = |sign: f64| {
-            unit_a.iter().all(|&v| beyond(v, sign)) && unit_b.iter().all(|&v| beyond(v, -sign))
-        };
-        on(1.0) || on(-1.0)
+        let least_a = n.dot(unit_a[0]).min(n.dot(unit_a[1]));
+        let greatest_b = n.dot(unit_b[0]).max(n.dot(unit_b[1]));
+        let bound = ERROR * size(n) + TINY;
+        least_a > bound && greatest_b < -bound
     };
-    if parts(unit_a[0] + unit_a[1] - unit_b[0] - unit_b[1]) {
+    if parts(unit_a[0] + unit_a[1] - (unit_b[0] + unit_b[1])) {
         return true;
     }
     let (normal_a, normal_b) = (a[0].cross(a[1]), b[0].cross(b[1]));
@@ -98,5 +92,8 @@ fn only_in_corner(a: [DVec3; 2], b: [DVec3; 2]) -> bool {
     let middle = pairs
         .into_iter()
         .max_by(|x, y| x.length_squared().total_cmp(&y.length_squared()));
-    middle.is_some_and(|middle| parts(normal.cross(middle)))
+    middle.is_some_and(|middle| {
+        let across = normal.cross(middle);
+        parts(across) || parts(-across)
+    })
 }
