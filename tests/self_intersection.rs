@@ -1,12 +1,10 @@
 //! A mesh against itself: the pairs are those of exact brute force, at every stop, whatever is shared.
 
 mod common;
-#[path = "common/oracle.rs"]
-mod oracle;
 
 use common::check::ENOUGH;
 use common::random::Random;
-use punctual::geom::triangles_intersect_beyond_shared;
+use punctual::geom::{triangles_intersect, triangles_intersect_beyond_shared};
 use punctual::glam::{DMat3, DVec3};
 use punctual::prediction::MAX_STEP_WORK;
 use punctual::{
@@ -49,7 +47,7 @@ fn extremes(a: &Whole, b: &Whole) -> Vec<Fraction> {
         return found;
     }
     for (one, other) in [(a, b), (b, a)] {
-        let inside = |p: &&DVec3| oracle::intersects(&[**p; 3], other);
+        let inside = |p: &&DVec3| triangles_intersect(&[**p; 3], other);
         found.extend(one.iter().filter(inside).map(|&p| (p, 1.0)));
         let normal = (other[1] - other[0]).cross(other[2] - other[0]);
         for [p, q] in edges(one) {
@@ -270,7 +268,7 @@ fn stopped_runs_claim_nothing_false_and_end_in_the_same_pairs() {
         let query = Query::self_intersections(&tree);
         let whole = query.run(&mut fresh, ENOUGH);
         let budgets =
-            (0..40).chain((40..whole.stats.work).step_by(1 + whole.stats.work as usize / 60));
+            (0..20).chain((20..whole.stats.work).step_by(1 + whole.stats.work as usize / 30));
         for budget in budgets {
             let pose = Pose::new(DMat3::IDENTITY, DVec3::X * 0.5).unwrap();
             match budget % 3 {

@@ -14,7 +14,7 @@ pub fn shared<P: PartialEq>(a: &[P; 3], b: &[P; 3]) -> u32 {
 }
 
 /// True if triangles certainly meet only in these shared corners. `scale` is a power of two that
-/// takes differences of corners to 1 or less.
+/// takes differences of corners to 2 or less.
 #[inline(always)]
 pub fn meet_only_in(shared: u32, a: &Triangle, b: &Triangle, scale: f64) -> bool {
     let corners = |bit: u32| [bit as usize / 3 % 3, bit as usize % 3];
@@ -64,10 +64,12 @@ fn only_in_corner(a: [DVec3; 2], b: [DVec3; 2]) -> bool {
     let (unit_a, unit_b) = (unit(a, sizes_a), unit(b, sizes_b));
     // Any direction is right if it separates, so its rounding does not matter.
     let parts = |n: DVec3| {
-        let least_a = n.dot(unit_a[0]).min(n.dot(unit_a[1]));
-        let greatest_b = n.dot(unit_b[0]).max(n.dot(unit_b[1]));
         let bound = ERROR * size(n) + TINY;
-        least_a > bound && greatest_b < -bound
+        // Each compared, because a minimum would drop NaN.
+        (n.dot(unit_a[0]) > bound)
+            & (n.dot(unit_a[1]) > bound)
+            & (n.dot(unit_b[0]) < -bound)
+            & (n.dot(unit_b[1]) < -bound)
     };
     if parts(unit_a[0] + unit_a[1] - (unit_b[0] + unit_b[1])) {
         return true;
