@@ -69,7 +69,8 @@
 //!   [`Query::ray`], [`Query::rays`]. A translation that separates the surfaces: the crate
 //!   `punctual-depenetrate`.
 //! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
-//! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
+//! - A mesh against itself: [`Query::self_intersections`]. Instances of a mesh, scaled or mirrored:
+//!   [`Tree::scaled`]. Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
 //!   crate `punctual-io`.
 //! - State kept from frame to frame: [`PairMemory`]. Without a system clock: [`Budget::clock`],
 //!   [`Clock`].
@@ -133,12 +134,14 @@ pub mod clock {
     };
 }
 
-/// Which triangles of two surfaces intersect: [`Query::intersection`], [`Query::all_pairs`].
+/// Which triangles of two surfaces intersect: [`Query::intersection`], [`Query::all_pairs`], or of
+/// one: [`Query::self_intersections`].
 pub mod intersection {
     pub use crate::engine::frontier::order::Order;
     pub use crate::engine::options::Mode;
     pub use crate::engine::outcome::{Operand, Verdict};
     pub use crate::query::intersection::Intersection;
+    pub use crate::query::self_intersection::SelfIntersection;
 }
 
 /// The distance of two surfaces, with bounds: [`Query::distance`].

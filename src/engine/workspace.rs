@@ -132,6 +132,7 @@ impl Key {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asked {
     Intersection(Options),
+    SelfIntersection(Options),
     Distance(DistanceOptions),
     /// The options are in the [`MotionState`].
     Motion,

@@ -73,6 +73,13 @@ pub enum MeshError {
         /// Number of vertices of the mesh.
         vertices: usize,
     },
+    /// A factor of [`Mesh::scaled_by`] or [`crate::Tree::scaled`] is 0, infinite or NaN.
+    Factor {
+        /// Axis of the factor: 0, 1, 2 for x, y, z.
+        axis: usize,
+        /// The factor.
+        factor: f64,
+    },
     /// The mesh has more than 2^30 triangles.
     TooManyTriangles {
         /// Number of triangles.
@@ -102,6 +109,12 @@ impl fmt::Display for MeshError {
             }
             Self::VertexCount { given, vertices } => {
                 write!(f, "{given} new vertices for a mesh with {vertices}")
+            }
+            Self::Factor { axis, factor } => {
+                write!(
+                    f,
+                    "factor {factor} along axis {axis}, must be finite and not 0"
+                )
             }
             Self::TooManyTriangles { triangles } => {
                 write!(f, "{triangles} triangles, but at most 2^30 are allowed")
@@ -148,20 +161,81 @@ impl Mesh {
         triangles: impl IntoIterator<Item = [u32; 3]>,
     ) -> Result<Self, MeshError> {
         let vertices = vertices.into_iter().map(Into::into).collect();
-        let mut mesh = Self::checked(Vertices::F64(vertices), triangles.into_iter().collect())?;
-        if let Vertices::F64(wide) = &mesh.vertices {
-            let mut in_use = mesh
+        let mesh = Self::checked(Vertices::F64(vertices), triangles.into_iter().collect())?;
+        Ok(mesh.narrowed())
+    }
+
+    /// Stores f64 vertices as f32 if that keeps every bit of those in use.
+    fn narrowed(mut self) -> Self {
+        if let Vertices::F64(wide) = &self.vertices {
+            let mut in_use = self
                 .triangles
                 .as_flattened()
                 .iter()
                 .map(|&v| wide[v as usize]);
             if in_use.all(|vertex| vertex.into_iter().all(is_f32_exact)) {
                 let narrow = wide.iter().map(|vertex| vertex.map(|c| c as f32));
-                mesh.vertices = Vertices::F32(narrow.collect());
-                mesh.measure();
+                self.vertices = Vertices::F32(narrow.collect());
+                self.measure();
             }
         }
+        self
+    }
+
+    /// The mesh with the coordinates of each axis multiplied by a factor, rounded once to f64 and
+    /// stored as by [`from_f64`](Self::from_f64). If the factors mirror it, the second and the third
+    /// corner of each triangle change places, so that faces look outwards as before.
+    /// [`Tree::scaled`](crate::Tree::scaled) scales a tree that is built.
+    ///
+    /// ```
+    /// use punctual::shapes;
+    /// let left = shapes::cuboid([1.0, 2.0, 3.0], 1);
+    /// let right = left.scaled_by([-1.0, 1.0, 1.0])?;
+    /// assert_eq!(right.aabb(), left.aabb());
+    /// # Ok::<(), punctual::MeshError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MeshError::Factor`] for the first factor that is 0, infinite or NaN;
+    /// [`MeshError::TooLarge`] for the first vertex in use that a product takes beyond 2^1000.
+    pub fn scaled_by(&self, factors: impl Into<[f64; 3]>) -> Result<Self, MeshError> {
+        let factors = factors.into();
+        let is_bad = |&axis: &usize| factors[axis] == 0.0 || !factors[axis].is_finite();
+        if let Some(axis) = (0..3).find(is_bad) {
+            let factor = factors[axis];
+            return Err(MeshError::Factor { axis, factor });
+        }
+        let factors = DVec3::from_array(factors);
+        // An infinite product is one that is too large.
+        let scale = |vertex: DVec3| (vertex * factors).clamp(DVec3::MIN, DVec3::MAX);
+        let vertices: Vec<_> = (0..self.vertex_count())
+            .map(|i| scale(self.vertex(i)))
+            .collect();
+        let mut mesh = self.clone();
+        mesh.set_vertices_f64(&vertices)?;
+        if mirrors(factors) {
+            mesh.reverse(0..self.len());
+        }
         Ok(mesh)
+    }
+
+    /// The mesh moved so that the center of its box is the origin, and the center before. Coordinates
+    /// are rounded to f64. An empty mesh stays as it is.
+    ///
+    /// Near the origin f32 is finest, and engines turn bodies about their origins. A pose of the
+    /// mesh becomes one of the result by a translation: `pose.transform_point(center)`.
+    #[must_use]
+    pub fn centered(&self) -> (Self, DVec3) {
+        if self.is_empty() {
+            return (self.clone(), DVec3::ZERO);
+        }
+        let center = self.aabb.center();
+        let vertices = (0..self.vertex_count()).map(|i| (self.vertex(i) - center).to_array());
+        let vertices = Vertices::F64(vertices.collect());
+        (
+            Self::trusted(vertices, self.triangles.clone()).narrowed(),
+            center,
+        )
     }
 
     fn checked(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Result<Self, MeshError> {
@@ -285,6 +359,11 @@ impl Mesh {
         };
         vertices + size_of_val(&*self.triangles)
     }
+}
+
+/// True if a map with these factors turns outsides into insides.
+pub(crate) fn mirrors(factors: DVec3) -> bool {
+    factors.is_negative_bitmask().count_ones() % 2 == 1
 }
 
 fn check_count(triangles: usize) -> Result<(), MeshError> {

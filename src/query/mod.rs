@@ -6,6 +6,7 @@
 //! | question | folder | begin with |
 //! |---|---|---|
 //! | which triangles intersect, any or all | [`intersection`] | [`meeting`](intersection::meeting), the visits; [`trace`](intersection::trace), curves of hits |
+//! | where a surface intersects itself | [`self_intersection`] |  |
 //! | how far surfaces are apart | [`distance`] | [`nearest`](distance::nearest), the visits; [`interval`](distance::interval), the bounds |
 //! | all pairs within a margin, asked as one of these two | [`contacts`] | |
 //! | what a solver needs: contacts, reduced, then the overlaps | [`manifolds`] | [`manifold`](manifolds::manifold), [`overlaps`](manifolds::overlaps) |
@@ -20,4 +21,5 @@ pub(crate) mod manifolds;
 pub(crate) mod motion;
 pub(crate) mod points;
 pub(crate) mod rays;
+pub(crate) mod self_intersection;
 pub(crate) mod state;

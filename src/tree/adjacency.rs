@@ -21,6 +21,14 @@ use core::mem;
 /// bits of the first entry are the position of this triangle in its leaf.
 pub(super) type Neighbors = [u32; 3];
 
+/// The neighbors of a triangle whose second and third corners change places.
+pub(super) fn reverse(neighbors: &mut Neighbors) {
+    let place = neighbors[0] & 7;
+    neighbors[0] -= place;
+    neighbors.swap(0, 2);
+    neighbors[0] += place;
+}
+
 /// Stands for no triangle. Trees with this many triangles or more have no neighbors.
 const NONE: u32 = u32::MAX >> 3;
 

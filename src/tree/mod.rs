@@ -38,6 +38,7 @@ mod orientation;
 mod place;
 mod profile;
 mod refit;
+mod scaled;
 mod solid;
 mod unit;
 mod update;

@@ -25,10 +25,17 @@ impl Orientation {
     /// Makes axes orthonormal that are orthogonal up to some roundings.
     #[inline(always)]
     pub fn of(axes: &Mat3A, id: u32) -> Self {
-        Self {
-            rotation: orthonormal(axes),
-            id,
-        }
+        Self::along([axes.x_axis.as_dvec3(), axes.y_axis.as_dvec3()], id)
+    }
+
+    /// The right-handed rotation whose first axis has the direction of `x`, and whose second is
+    /// closest to that of `y`. It is orthonormal up to one rounding of each entry.
+    #[inline(always)]
+    pub fn along([x, y]: [DVec3; 2], id: u32) -> Self {
+        let x = normalized(x);
+        let y = normalized(y - x * x.dot(y));
+        let rotation = Mat3A::from_cols(x.as_vec3a(), y.as_vec3a(), x.cross(y).as_vec3a());
+        Self { rotation, id }
     }
 
     /// True if this is a rotation to the accuracy that the margins of a query need: `|Q Q^T - I|`
@@ -39,16 +46,6 @@ impl Orientation {
         let is_identity = |m: DMat3| (m - DMat3::IDENTITY).to_cols_array().into_iter().all(small);
         is_identity(q * q.transpose()) && is_identity(q.transpose() * q) && q.determinant() > 0.0
     }
-}
-
-/// The right-handed rotation that agrees best with the first column of `m`, then with its second.
-/// It is orthonormal up to one rounding of each entry.
-#[inline(always)]
-fn orthonormal(m: &Mat3A) -> Mat3A {
-    let x = normalized(m.x_axis.as_dvec3());
-    let y = m.y_axis.as_dvec3();
-    let y = normalized(y - x * x.dot(y));
-    Mat3A::from_cols(x.as_vec3a(), y.as_vec3a(), x.cross(y).as_vec3a())
 }
 
 #[inline(always)]

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use punctual::tree::TreeStats;
 use punctual::{BuildOptions, Mesh, MeshError, Tree};
 use punctual_io::Loaded;
 
@@ -14,7 +13,8 @@ use crate::input::MeshArgs;
 
 /// Print statistics of the trees of meshes.
 ///
-/// For each mesh a line with triangles, nodes, depth, bytes a triangle, build and refit time, then for each level the number
+/// For each mesh a line with triangles, nodes, depth, bytes a triangle, build and refit time, and how many pairs of its
+/// triangles intersect beyond the corners that they share, then for each level the number
 /// of nodes and their mean diminishing factor alpha: how much boxes shrink from one binary level to the next, along x,
 /// y and z of the node, and the product of the three. What was passed over in the file is told in lines that begin with
 /// `notice`.
@@ -86,17 +86,18 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Box<dyn std:
         notices
             .iter()
             .try_for_each(|notice| writeln!(out, "  notice        {notice}"))?;
-        print_tree(out, &tree.stats(), precision, times)?;
+        print_tree(out, &tree, precision, times)?;
     }
     Ok(Completion::Full)
 }
 
 fn print_tree(
     out: &mut impl Write,
-    stats: &TreeStats,
+    tree: &Tree,
     precision: &str,
     [build, refit]: [Duration; 2],
 ) -> io::Result<()> {
+    let stats = tree.stats();
     let per_triangle = |bytes: usize| bytes as f64 / stats.triangles.max(1) as f64;
     writeln!(out, "  triangles     {:>12}", stats.triangles)?;
     writeln!(out, "  coordinates   {precision:>12}")?;
@@ -105,6 +106,11 @@ fn print_tree(
     writeln!(out, "  depth         {:>12}", stats.depth)?;
     writeln!(out, "  build ms      {:>12.3}", build.as_secs_f64() * 1e3)?;
     writeln!(out, "  refit ms      {:>12.3}", refit.as_secs_f64() * 1e3)?;
+    writeln!(
+        out,
+        "  self-pairs    {:>12}",
+        tree.self_intersections().len()
+    )?;
     writeln!(out, "  bytes/triangle{:>12.1}", per_triangle(stats.bytes()))?;
     let parts = [
         ("nodes", stats.bytes_nodes),

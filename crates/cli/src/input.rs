@@ -22,10 +22,10 @@ use crate::{Completion, complain, view};
 
 #[derive(clap::Args)]
 pub struct MeshArgs {
-    /// Multiply the coordinates of mesh files by S, such as 0.001 for files in millimetres; not those of poses, motions
-    /// or rays.
-    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = parse_scale, allow_negative_numbers = true)]
-    scale: f64,
+    /// Multiply the coordinates of mesh files by S, such as 0.001 for files in millimetres, or by a factor for each axis,
+    /// X,Y,Z, such as 1,1,-1 to mirror; not those of poses, motions or rays.
+    #[arg(long, value_name = "S|X,Y,Z", default_value = "1", value_parser = parse_scale, allow_hyphen_values = true)]
+    scale: [f64; 3],
     /// The axis that points up in mesh files: turn the meshes such that z does. From y, (x, y, z) becomes (x, -z, y);
     /// from x,
     /// (-z, y, x). Pages of --view have z up then; without it they guess.
@@ -62,7 +62,7 @@ impl MeshArgs {
             Some(UpName::Y) => Axis::Y,
             Some(UpName::Z) | None => Axis::Z,
         };
-        let options = ReadOptions::default().scale(self.scale).up(up);
+        let options = ReadOptions::default().scale_axes(self.scale).up(up);
         if file.as_os_str() != "-" {
             return load_with(file, &options);
         }
@@ -262,13 +262,22 @@ pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
         .map_err(|_| "must be finite and not negative".to_owned())
 }
 
-fn parse_scale(text: &str) -> Result<f64, String> {
-    let scale: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    if scale > 0.0 && scale.is_finite() {
-        Ok(scale)
-    } else {
-        Err("must be finite and above 0".into())
-    }
+/// One factor, or one for each axis.
+fn parse_scale(text: &str) -> Result<[f64; 3], String> {
+    let factors: Result<Vec<f64>, _> = text
+        .split(',')
+        .map(|factor| factor.trim().parse())
+        .collect();
+    let factors = match factors.as_deref() {
+        Ok(&[all]) => [all; 3],
+        Ok(&[x, y, z]) => [x, y, z],
+        _ => return Err("must be a number, or three with commas".into()),
+    };
+    let good = factors
+        .iter()
+        .all(|factor| *factor != 0.0 && factor.is_finite());
+    good.then_some(factors)
+        .ok_or_else(|| "must be finite and not 0".into())
 }
 
 /// A length or a share.

@@ -40,7 +40,7 @@ pub use names::UnknownName;
 pub use pose::{Pose, PoseError, rotation_deviation};
 pub use ray::{Ray, RayError};
 pub use triangle::ray::Side;
-pub use triangle::{triangle_segment, triangles_intersect};
+pub use triangle::{triangle_segment, triangles_intersect, triangles_intersect_beyond_shared};
 
 /// The length of a vector, computed without overflow or underflow of its square.
 #[inline]

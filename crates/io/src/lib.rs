@@ -120,9 +120,13 @@ pub fn read_with(
             .unwrap_or_default();
         return Err(ReadError::new(format!("no triangles in it{passed}")));
     }
-    options.place(&mut surface.vertices)?;
+    options.turn(&mut surface.vertices);
+    let mesh = surface.into_mesh()?;
+    let scaled = (options.scale != [1.0; 3]).then(|| mesh.scaled_by(options.scale));
+    let scaled = scaled.transpose();
+    let scaled = scaled.map_err(|error| ReadError::new(format!("scaled: {error}")))?;
     Ok(Loaded {
-        mesh: surface.into_mesh()?,
+        mesh: scaled.unwrap_or(mesh),
         notices: notices.into_list(),
     })
 }

@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use crate::ReadError;
-
 /// How large a mesh may become by the repeated use of its parts, as glTF allows, and a packed file.
 ///
 /// A file of a few kilobytes can name a mesh of a million triangles a million times, or unpack to a thousand times its
@@ -59,10 +57,10 @@ pub enum Axis {
 pub struct ReadOptions {
     /// How large the mesh may become.
     pub limits: Limits,
-    /// The factor of all coordinates, finite and above 0, such as 0.001 for a file in millimetres that is wanted in
-    /// metres.
-    /// Products are rounded to f64; where one is not exact in f32, the mesh keeps f64.
-    pub scale: f64,
+    /// The factors of the coordinates along each axis, after the turn: finite and not 0, such as 0.001 for a file in
+    /// millimetres that is wanted in metres. An odd number of negative ones mirrors the mesh; its triangles are turned so
+    /// that they face outwards as before. Products are rounded to f64; where one is not exact in f32, the mesh keeps f64.
+    pub scale: [f64; 3],
     /// The axis that points up in the file. The mesh is turned such that z points up, by the shortest turn: `Y` takes
     /// (x, y, z)
     /// to (x, -z, y), and `X` to (-z, y, x). `Z`, the default, turns nothing.
@@ -77,7 +75,7 @@ impl Default for ReadOptions {
     fn default() -> Self {
         Self {
             limits: Limits::default(),
-            scale: 1.0,
+            scale: [1.0; 3],
             up: Axis::Z,
             folder: None,
         }
@@ -90,8 +88,13 @@ impl ReadOptions {
         Self { limits, ..self }
     }
 
-    /// The same with another scale.
+    /// The same with another scale, of all axes.
     pub fn scale(self, scale: f64) -> Self {
+        self.scale_axes([scale; 3])
+    }
+
+    /// The same with another scale along each axis.
+    pub fn scale_axes(self, scale: [f64; 3]) -> Self {
         Self { scale, ..self }
     }
 
@@ -108,14 +111,8 @@ impl ReadOptions {
         }
     }
 
-    /// Turns and scales vertices.
-    pub(crate) fn place(&self, vertices: &mut [[f64; 3]]) -> Result<(), ReadError> {
-        let scale = self.scale;
-        if !(scale > 0.0 && scale.is_finite()) {
-            return Err(ReadError::new(format!(
-                "scale {scale}, must be finite and above 0"
-            )));
-        }
+    /// Turns vertices.
+    pub(crate) fn turn(&self, vertices: &mut [[f64; 3]]) {
         for vertex in vertices {
             let [x, y, z] = *vertex;
             // Not by a sign, which would make -0 of 0.
@@ -124,10 +121,6 @@ impl ReadOptions {
                 Axis::Y => [x, 0.0 - z, y],
                 Axis::Z => [x, y, z],
             };
-            if scale != 1.0 {
-                *vertex = vertex.map(|x| scale * x);
-            }
         }
-        Ok(())
     }
 }

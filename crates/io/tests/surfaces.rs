@@ -220,11 +220,20 @@ fn meshes_are_scaled_and_turned() {
         });
         assert_eq!(x.cross(y), z, "{up:?}");
     }
-    for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+    // Mirrored: the normal is mirrored as a surface is, and looks outwards as before.
+    let cube = read_with(obj.as_bytes(), None, &ReadOptions::default())
+        .unwrap()
+        .mesh;
+    for factors in [[-2.0, 1.0, 0.5], [-1.0; 3], [3.0, -1.0, -1.0]] {
+        let options = ReadOptions::default().scale_axes(factors);
+        let mesh = read_with(obj.as_bytes(), None, &options).unwrap().mesh;
+        assert_eq!(mesh, cube.scaled_by(factors).unwrap());
+    }
+    for scale in [0.0, f64::NAN, f64::INFINITY] {
         let error = read_with(obj.as_bytes(), None, &with(Axis::Z, scale))
             .unwrap_err()
             .to_string();
-        assert!(error.contains("must be finite and above 0"), "{error}");
+        assert!(error.contains("must be finite and not 0"), "{error}");
     }
 }
 

@@ -11,7 +11,7 @@ use punctual::glam::DMat3;
 use punctual::points::PointBounds;
 use punctual::tree::{Solid, SolidError};
 use punctual::{Budget, BuildOptions, Mesh, Pose, Query};
-use punctual_io::Loaded;
+use punctual_io::{Loaded, ReadOptions};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -214,20 +214,32 @@ impl Tree {
     /// what was
     /// passed over in it, one line a kind. Raises FileNotFoundError if there is no such file, and OSError if it cannot be
     /// read or is damaged, with the place.
+    ///
+    /// scale: factors of the coordinates along x, y and z, (3,), such as (1, 1, -1) to mirror.
     #[classmethod]
-    #[pyo3(signature = (path, *, effort="normal", extremes=false, solid="no"))]
+    #[pyo3(signature = (path, *, scale=[1.0; 3], effort="normal", extremes=false, solid="no"))]
     fn load(
         _: &Bound<'_, PyType>,
         py: Python<'_>,
         path: PathBuf,
+        scale: [f64; 3],
         effort: &str,
         extremes: bool,
         solid: &str,
     ) -> PyResult<Self> {
         let options = options(effort, extremes, solid)?;
+        if let Some(factor) = scale
+            .iter()
+            .find(|factor| **factor == 0.0 || !factor.is_finite())
+        {
+            return Err(value_error(format_args!(
+                "scale {factor}, must be finite and not 0"
+            )));
+        }
         let file = path.clone();
         let load = move || {
-            punctual_io::load(&file).map(|Loaded { mesh, notices, .. }| {
+            let read = ReadOptions::default().scale_axes(scale);
+            punctual_io::load_with(&file, &read).map(|Loaded { mesh, notices, .. }| {
                 (punctual::Tree::with_options(mesh, &options), notices)
             })
         };
@@ -279,6 +291,29 @@ impl Tree {
             .map_err(value_error)?;
         refitted.refits += 1;
         Ok(())
+    }
+
+    /// The tree of the mesh scaled along x, y and z, (3,): an instance, made in a part of a build's time. An odd number of
+    /// negative factors mirrors it; faces look outwards as before. Raises ValueError for factors that are 0, not finite or
+    /// too large.
+    fn scaled(&self, py: Python<'_>, factors: [f64; 3]) -> PyResult<Self> {
+        let scaled = py.detach(|| self.arc.scaled(factors));
+        scaled.map(Self::from).map_err(value_error)
+    }
+
+    /// Pairs of triangles that intersect beyond the corners that they share, (N, 2), sorted; exact. Triangles that share an
+    /// edge count if they are folded flat on each other, a triangle that is there twice counts. Corners are shared if
+    /// they are at the same place.
+    fn self_intersections<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let pairs = py.detach(|| self.arc.self_intersections());
+        table(py, pairs)
+    }
+
+    /// Factor by which refits have loosened the boxes since the build, 1 after it. Queries take about its square root as
+    /// long as those of a new tree; build one from about 2 on, if more than a few hundred are to come.
+    #[getter]
+    fn degradation(&self) -> f32 {
+        self.arc.degradation()
     }
 
     /// The vertices, (V, 3), exact where triangles use them.

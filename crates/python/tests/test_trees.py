@@ -124,6 +124,29 @@ def test_refit(ball, ring):
         tree.refit([[0, 0, 0]])
 
 
+def test_scaled_and_mirrored_trees(ball, tmp_path):
+    mirrored = ball.scaled((1, 2, -0.5))
+    assert np.array_equal(mirrored.vertices, ball.vertices * [1, 2, -0.5])
+    assert np.array_equal(mirrored.faces, ball.faces[:, [0, 2, 1]])
+    assert punctual3d.Tree(mirrored.vertices, mirrored.faces, solid="keep").volume > 0
+    with pytest.raises(ValueError, match="factor 0 along axis 1"):
+        ball.scaled((1, 0, 1))
+    file = tmp_path / "one.obj"
+    file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 2\nf 1 2 3\n")
+    assert punctual3d.Tree.load(file, scale=(1, 1, -1)).vertices[2].tolist() == [0, 1, -2]
+    with pytest.raises(ValueError, match="scale nan, must be finite and not 0"):
+        punctual3d.Tree.load(file, scale=(1, 1, float("nan")))
+
+
+def test_self_intersections_and_degradation(ball):
+    assert ball.self_intersections().shape == (0, 2) and ball.degradation == 1.0
+    crossed = punctual3d.Tree([*CORNERS, [0.1, 0.1, -1], [0.1, 0.1, 1], [5, 5, 0]], [[0, 1, 2], [3, 4, 5]])
+    assert crossed.self_intersections().tolist() == [[0, 1]]
+    tree = punctual3d.Tree(ball.vertices, ball.faces)
+    tree.refit(ball.vertices[::-1])
+    assert tree.degradation > 1.5
+
+
 def test_facts(ball):
     assert repr(ball) == "<punctual3d.Tree of 1280 triangles>"
     assert ball.depth >= 3 and ball.nbytes > 1280 * 12

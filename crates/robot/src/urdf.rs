@@ -5,8 +5,6 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use punctual::Mesh;
-use punctual::glam::DVec3;
 use punctual_io::text::{decode, without_late_declaration};
 use roxmltree::{Document, Node};
 
@@ -371,16 +369,14 @@ impl Meshes<'_> {
         name: &str,
         scale: [f64; 3],
     ) -> Result<Shape, RobotError> {
-        if scale.contains(&0.0) {
-            return refuse(format!("mesh {name}: a scale of 0"));
-        }
         let key = (self.find(name)?, scale.map(f64::to_bits));
         if let Some(shape) = self.read.get(&key) {
             return Ok(shape.clone());
         }
         let loaded = punctual_io::load(&key.0)
             .map_err(|error| fault(None, error.to_string(), error.kind()))?;
-        let mesh = scaled(loaded.mesh, scale)?;
+        let mesh = loaded.mesh.scaled_by(scale);
+        let mesh = mesh.or_else(|error| refuse(format!("mesh {name}: {error}")))?;
         let shape = if self.options.solids {
             Shape::solid(mesh)
         } else {
@@ -463,20 +459,6 @@ fn add_packages(package: &str, folder: &Path, levels: usize, found: &mut Vec<Pat
     for folder in folders {
         add_packages(package, &folder, below, found);
     }
-}
-
-/// A mesh with scaled coordinates. A mirrored one has its triangles turned, so that they face
-/// outwards again.
-fn scaled(mesh: Mesh, scale: [f64; 3]) -> Result<Mesh, RobotError> {
-    if scale == [1.0; 3] {
-        return Ok(mesh);
-    }
-    let scale = DVec3::from_array(scale);
-    let vertices = (0..mesh.vertex_count()).map(|i| (mesh.vertex(i) * scale).to_array());
-    let is_mirrored = scale.x * scale.y * scale.z < 0.0;
-    let order = if is_mirrored { [0, 2, 1] } else { [0, 1, 2] };
-    let triangles = mesh.triangles().iter().map(|t| order.map(|i| t[i]));
-    Mesh::from_f64(vertices, triangles).or_else(|error| refuse(error.to_string()))
 }
 
 /// Adds the disabled pairs of an SRDF file. Notices tell of links that the robot does not have.

@@ -434,7 +434,7 @@ fn meshes_are_scaled_and_turned() {
         column("rays floor.obj rays.txt --scale 0.001 --up y", 2),
         9.0
     );
-    for scale in ["0", "-1", "nan", "inf", "x"] {
+    for scale in ["0", "1,2", "1,0,1", "nan", "inf", "x"] {
         folder
             .run(&format!("info post.obj --scale {scale}"))
             .assert_refused(&["--scale", "must be"]);
@@ -494,6 +494,7 @@ fn info_prints_a_table_for_each_mesh() {
     };
     assert!(tables[0].starts_with("a.obj\n"));
     assert_eq!(field(tables[0], "triangles"), "320");
+    assert_eq!(field(tables[0], "self-pairs"), "0");
     assert!(field(tables[0], "bytes/triangle").parse::<f64>().unwrap() > 0.0);
     assert!(field(tables[0], "build ms").parse::<f64>().unwrap() >= 0.0);
     let alpha: f64 = field(tables[0], "0 ").parse().unwrap();

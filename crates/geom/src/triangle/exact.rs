@@ -10,6 +10,7 @@
 pub mod crossing;
 pub(super) mod line;
 mod segment;
+pub(super) mod shared;
 mod sign;
 mod sum;
 

@@ -8,6 +8,7 @@ pub mod distance;
 mod exact;
 pub mod filter64;
 pub mod ray;
+pub mod shared;
 pub mod swept;
 
 pub use exact::crossing;
@@ -28,6 +29,24 @@ use glam::DVec3;
 /// ```
 pub fn triangles_intersect(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
     exact::intersects(a, b)
+}
+
+/// True if two triangles of one surface meet beyond the corners that they share: if all three are
+/// shared, or if a common point is outside the hull of the shared ones. Exact for the given
+/// coordinates; corners are shared if they are equal.
+///
+/// So triangles that share nothing meet as by [`triangles_intersect`]; triangles that share an edge,
+/// if they are coplanar and on the same side of it. Coordinates as there.
+///
+/// ```
+/// use punctual::glam::DVec3;
+/// use punctual::geom::triangles_intersect_beyond_shared as beyond;
+/// let a = [DVec3::ZERO, DVec3::X, DVec3::Y];
+/// assert!(!beyond(&a, &[DVec3::X, DVec3::Y, DVec3::ONE]));
+/// assert!(beyond(&a, &[DVec3::X, DVec3::Y, DVec3::new(0.1, 0.1, 0.0)]));
+/// ```
+pub fn triangles_intersect_beyond_shared(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
+    exact::shared::intersects_beyond_shared(a, b)
 }
 
 /// The side of the plane of a triangle on which a point lies, exactly: 1 where the normal by the
