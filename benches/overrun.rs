@@ -31,13 +31,24 @@ fn row(name: &str, mut times: Vec<Duration>) {
     println!("{name:<44} {half:>8.2} {ninety:>8.2} {most:>8.2} {nearly_all:>8.2} {all:>8.2}");
 }
 
-/// CPU time past the budget of `call`, which returns whether the budget ended it, and of an idle loop of the same length.
-fn measure(name: &str, calls: usize, budget: Duration, mut call: impl FnMut(usize) -> bool) {
+/// A result, and the CPU time that it took.
+fn timed<R>(call: impl FnOnce() -> R) -> (R, Duration) {
+    let start = ThreadTime::now();
+    let result = call();
+    (result, start.elapsed())
+}
+
+/// CPU time past the budget of `call`, which returns whether the budget ended it and how long it took, and of an idle
+/// loop of the same length.
+fn measure(
+    name: &str,
+    calls: usize,
+    budget: Duration,
+    mut call: impl FnMut(usize) -> (bool, Duration),
+) {
     let (mut late, mut idle) = (Vec::with_capacity(calls), Vec::with_capacity(calls));
     for number in 0..calls {
-        let start = ThreadTime::now();
-        let stopped = call(number);
-        let elapsed = start.elapsed();
+        let (stopped, elapsed) = call(number);
         if !stopped {
             continue;
         }
@@ -67,7 +78,9 @@ fn knots(calls: usize) {
             );
             measure(&name, calls, budget, |number| {
                 let query = Query::all_pairs(&knot, &knot, turned(number));
-                query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+                timed(|| {
+                    query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+                })
             });
         }
     }
@@ -90,7 +103,9 @@ fn far_and_free(case: &Case, calls: usize) {
             budget,
             |number| {
                 let query = Query::distance(a, b, case.poses[number % case.poses.len()]);
-                query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+                timed(|| {
+                    query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+                })
             },
         );
         measure(
@@ -99,7 +114,9 @@ fn far_and_free(case: &Case, calls: usize) {
             budget,
             |number| {
                 let query = Query::impact(a, b, motions[number % motions.len()]);
-                query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+                timed(|| {
+                    query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+                })
             },
         );
     }
@@ -136,11 +153,10 @@ fn scenes_of_two(calls: usize) {
         let [_, moving] = bodies.map(|body| scene.insert(body).expect("a sound body"));
         let budget = Duration::from_micros(micros);
         measure(name, calls, budget, |number| {
-            let report = scene.detect(Budget::time(budget));
+            let (report, took) = timed(|| scene.detect(Budget::time(budget)));
             let stopped = report.complete < report.pairs.len();
-            // Outside of the budget: the pose for the next call.
             scene.set_pose(moving, pose(number)).expect("a moving body");
-            stopped
+            (stopped, took)
         });
     }
 }
@@ -158,11 +174,10 @@ fn arms_at_work(calls: usize) {
     let mut arms = Arms::new().expect("sound meshes");
     let budget = Duration::from_micros(5);
     measure("two arms", calls, budget, |number| {
-        let undecided = arms.scene.detect(Budget::time(budget)).undecided();
-        // Outside of the budget: poses for the next call.
+        let (undecided, took) = timed(|| arms.scene.detect(Budget::time(budget)).undecided());
         arms.place(0.01 * (number % 1000) as f64)
             .expect("sound poses");
-        undecided > 0
+        (undecided > 0, took)
     });
 }
 
@@ -208,14 +223,14 @@ fn crowds(calls: usize) {
             let budget = Duration::from_micros(micros);
             let calls = if count > 10_000 { calls / 4 } else { calls };
             measure(name, calls, budget, |_| {
-                let report = scene.detect(Budget::time(budget));
+                let (report, took) = timed(|| scene.detect(Budget::time(budget)));
                 let stopped = !report.is_whole() || report.complete < report.pairs.len();
                 for &id in &ids {
                     let place = scene.body(id).expect("a body").pose.translation();
                     let pose = at(place + vector(0.06) - DVec3::splat(0.03));
                     scene.set_pose(id, pose).expect("a moving body");
                 }
-                stopped
+                (stopped, took)
             });
         }
     }

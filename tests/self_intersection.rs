@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::sync::LazyLock;
+
 use common::check::ENOUGH;
 use common::random::Random;
 use punctual::geom::{triangles_intersect, triangles_intersect_beyond_shared};
@@ -176,6 +178,8 @@ fn sheet(side: u32, height: impl Fn(u32, u32) -> DVec3) -> (Vec<DVec3>, Vec<[u32
     (vertices, cells.flat_map(two).collect())
 }
 
+static CASES: LazyLock<Vec<Case>> = LazyLock::new(cases);
+
 fn cases() -> Vec<Case> {
     let places: [(&str, Map); 5] = [
         ("here", |p| p),
@@ -236,7 +240,7 @@ fn sorted(workspace: &Workspace) -> Vec<[u32; 2]> {
 #[test]
 fn nasty_meshes_have_the_pairs_of_brute_force() {
     let (mut workspace, mut found) = (Workspace::new(), 0);
-    for case in cases() {
+    for case in &*CASES {
         let expected = &case.pairs;
         found += expected.len();
         for welded in [true, false] {
@@ -264,7 +268,7 @@ fn nasty_meshes_have_the_pairs_of_brute_force() {
 fn stopped_runs_claim_nothing_false_and_end_in_the_same_pairs() {
     let (mut workspace, mut fresh) = (Workspace::new(), Workspace::new());
     let other = Tree::new(shapes::torus(1.0, 0.3, 12));
-    for case in cases().into_iter().step_by(4) {
+    for case in CASES.iter().step_by(4) {
         let expected = &case.pairs;
         let tree = Tree::new(case.mesh(true));
         let query = Query::self_intersections(&tree);
@@ -320,7 +324,7 @@ fn stopped_runs_claim_nothing_false_and_end_in_the_same_pairs() {
 
 #[test]
 fn a_full_workspace_is_drained_and_resumed() {
-    let case = cases().swap_remove(1);
+    let case = &CASES[1];
     let (tree, expected) = (Tree::new(case.mesh(true)), case.pairs.clone());
     let mut workspace = Workspace::with_capacity(0, 7);
     for query in [

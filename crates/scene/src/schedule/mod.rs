@@ -100,7 +100,7 @@ const MOST_TIGHT: u64 = 256;
 const PART: usize = 64;
 
 /// What is reserved for the end of the list and of the frame is at most a frame divided by this.
-const MOST_RESERVED: u32 = 8;
+const MOST_RESERVED: u32 = 4;
 
 /// Reading what jobs have found about groups takes at most a frame divided by this.
 const MOST_OF_GROUPS: u32 = 8;
