@@ -11,6 +11,7 @@ mod survey;
 mod vertices;
 
 use alloc::boxed::Box;
+use alloc::vec::Vec;
 use core::fmt;
 
 use glam::DVec3;
