@@ -55,7 +55,7 @@ pub const WORK_PER_PAIR_OF_GROUPS: u64 = 300;
 /// Work of keeping a pair in the report, and in its order, for another frame.
 pub const WORK_PER_KEPT_PAIR: u64 = 3;
 
-/// Work of reading what a job has found about groups.
+/// Work of reading what a task has found about groups.
 pub const WORK_PER_TOLD_PAIR: u64 = 300;
 
 /// Work of listing a pair that was found to meet before the broad phase.

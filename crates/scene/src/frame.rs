@@ -5,7 +5,7 @@ use super::broad::Broad;
 use super::broad::bounds;
 use super::pair::frame::Frame;
 use super::schedule::Found;
-use super::schedule::crew::Crew;
+use super::schedule::executor::Executor;
 use super::schedule::share::{PAIR, PLACE, Share};
 use super::{BodyKind, Reach, Scene};
 use crate::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
@@ -21,8 +21,8 @@ use punctual_geom::Aabb;
 const SHARED_PAIRS: usize = 64;
 
 impl Scene {
-    /// Runs a frame; `crew` runs its batches.
-    pub(super) fn frame(&mut self, budget: Budget, clock: &dyn Clock, crew: &dyn Crew) {
+    /// Runs a frame; `executor` runs its batches.
+    pub(super) fn frame(&mut self, budget: Budget, clock: &dyn Clock, executor: &dyn Executor) {
         let started = budget.time_limit().map(|_| clock.now());
         self.report.frame += 1;
         let is_same = mem::replace(&mut self.is_same, true);
@@ -34,7 +34,7 @@ impl Scene {
             return self.tell_again(started, clock);
         }
         if self.pairs.len() >= SHARED_PAIRS {
-            crew.call();
+            executor.call();
         }
         let times = black_box(
             started
@@ -67,7 +67,7 @@ impl Scene {
             times,
             clock,
             bodies,
-            crew,
+            executor,
         };
         let left = schedule.revisit(&frame, broad, pairs, scratch);
         let mut share = Share::new(budget, left, schedule.revisit.found.len(), clock);
@@ -92,7 +92,7 @@ impl Scene {
             times,
             clock,
             bodies,
-            crew,
+            executor,
         };
         let mut found = Found {
             broad,

@@ -28,8 +28,8 @@ extern crate alloc;
 // 4. reports which contacts began and ended (`events`).
 //
 // A pair has four records: an entry in the list of known pairs, a state that is kept from its
-// first query on, a job of the frame, and a report. A pair proven to be farther apart than its
-// bodies have moved since needs no job; only its entry is read. A pair may have further questions
+// first query on, a task of the frame, and a report. A pair proven to be farther apart than its
+// bodies have moved since needs no task; only its entry is read. A pair may have further questions
 // after its first: a time of impact after a distance, and contacts. The questions and their
 // importance are in `ask`; rays and shapes are asked about between frames (`cast`).
 //
@@ -108,7 +108,7 @@ use punctual::{Mode, Workspace};
 use punctual_geom::Pose;
 use punctual_geom::named;
 use schedule::Schedule;
-use schedule::crew::Alone;
+use schedule::executor::Alone;
 use schedule::pairs::Pairs;
 #[cfg(feature = "parallel")]
 use schedule::workers::Workers;
@@ -235,7 +235,7 @@ impl Scene {
     /// are shared. The caller tests the latest witnesses, places bodies, and finds and lists pairs.
     /// In a frame without a budget the other threads run queries while pairs are listed.
     ///
-    /// Each frame wakes the threads. They poll for tasks for up to 0.2 ms before they sleep again.
+    /// Each frame wakes the threads. They poll for batches for up to 0.2 ms before they sleep again.
     /// The state of a pair moves between the cores that work on it. So if communication between the
     /// cores is slow, threads gain less, or nothing if frames are short.
     ///

@@ -354,7 +354,7 @@ fn is_cut(stop: StopReason) -> bool {
 mod threads {
     use super::*;
     use crate::pair::batch;
-    use crate::schedule::crew::Crew;
+    use crate::schedule::executor::Executor;
     use punctual::engine::SYSTEM;
     use std::sync::{Mutex, PoisonError};
     use std::thread::{Builder, scope};
@@ -370,7 +370,7 @@ mod threads {
         answers: &mut [SceneCast],
         end: Option<Duration>,
     ) {
-        let threads = scene.workers.as_ref().map_or(1, Crew::threads);
+        let threads = scene.workers.as_ref().map_or(1, Executor::threads);
         let others = threads.min(rays.len().div_ceil(BLOCK)).saturating_sub(1);
         if others == 0 {
             return;

@@ -6,7 +6,7 @@
 //! instead of whether they meet. That takes a few times the work, and then none for as many frames.
 //! The proof is in `docs/numerics.md`.
 
-use super::batch::{Desk, Ended, RoundKind};
+use super::batch::{Context, Ended, RoundKind};
 use super::bounds::Proof;
 use super::question::Question;
 use super::state::Turn;
@@ -82,22 +82,22 @@ impl Bodies {
 impl Turn {
     /// True if the root test is applicable, and likely to separate the bodies.
     #[inline]
-    pub fn may_test_roots(&self, desk: &mut Desk) -> bool {
+    pub fn may_test_roots(&self, context: &mut Context) -> bool {
         !self.state.met()
             && self.state.search <= LONG_SEARCH
-            && self.has_room(WORK_PER_ROOT_TEST, desk)
+            && self.has_room(WORK_PER_ROOT_TEST, context)
     }
 
     /// True if a plane is likely to separate the bodies. Before the broad phase, where time is
     /// short, only if one did the last time.
     #[inline]
-    pub fn may_part(&mut self, desk: &mut Desk) -> bool {
+    pub fn may_part(&mut self, context: &mut Context) -> bool {
         let did =
             self.state.in_vain == 0 && self.state.separating_plane != SeparatingPlane::default();
         let is_likely = self.state.verdict == Verdict::Separated
             && self.state.search > LONG_SEARCH
-            && (did || desk.round.kind == RoundKind::Answer)
-            && self.has_room(u64::from(PLANES) * WORK_PER_PLANE, desk);
+            && (did || context.round.kind == RoundKind::Answer)
+            && self.has_room(u64::from(PLANES) * WORK_PER_PLANE, context);
         let waits = self.state.without_planes > 0;
         self.state.without_planes -= u8::from(is_likely && waits);
         is_likely && !waits
@@ -106,25 +106,32 @@ impl Turn {
     /// True if there is room for extra work besides a query, and the only question is whether the
     /// bodies meet.
     #[inline(always)]
-    fn has_room(&self, work: u64, desk: &mut Desk) -> bool {
-        !desk.held
-            && desk.bodies.asks_only_contact(self.key())
-            && desk.deadline.has_room(work + desk.bodies.least_work())
+    fn has_room(&self, work: u64, context: &mut Context) -> bool {
+        !context.held
+            && context.bodies.asks_only_contact(self.key())
+            && context
+                .deadline
+                .has_room(work + context.bodies.least_work())
     }
 
     /// Runs the root test; true if it separates the bodies, and then records the bound. False also
     /// if the bodies are slow and a proof that lasts longer should be tried instead.
     #[inline(never)]
-    pub fn root_test_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
-        desk.deadline.spend(WORK_PER_ROOT_TEST);
+    pub fn root_test_parts(
+        &mut self,
+        pair: [&Placed; 2],
+        b_in_a: &Pose,
+        context: &mut Context,
+    ) -> bool {
+        context.deadline.spend(WORK_PER_ROOT_TEST);
         self.spent.work += WORK_PER_ROOT_TEST;
         let trees = pair.map(|placed| &*placed.body.tree);
-        let low = root_test::distance(trees, b_in_a, desk.workspace) - margins(pair);
-        let (bodies, key, frame) = (desk.bodies, self.key(), desk.round.frame);
+        let low = root_test::distance(trees, b_in_a, context.workspace) - margins(pair);
+        let (bodies, key, frame) = (context.bodies, self.key(), context.round.frame);
         let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
         if low <= 0.0
-            || self.looks_beyond(low, desk)
-            || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some()
+            || self.looks_beyond(low, context)
+            || !lasts && self.may_prove_apart(context) && reach(bodies, key, pair, frame).is_some()
         {
             return false;
         }
@@ -138,23 +145,28 @@ impl Turn {
 
     /// True if one of a few planes separates the bodies; then records the bound.
     #[inline(never)]
-    pub fn a_plane_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
+    pub fn a_plane_parts(
+        &mut self,
+        pair: [&Placed; 2],
+        b_in_a: &Pose,
+        context: &mut Context,
+    ) -> bool {
         let trees = pair.map(|placed| &*placed.body.tree);
         let (low, tried) =
             self.state
                 .separating_plane
-                .distance(trees, b_in_a, PLANES, desk.workspace);
+                .distance(trees, b_in_a, PLANES, context.workspace);
         let low = low - margins(pair);
-        let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, desk.round.frame);
-        desk.deadline.spend(work);
+        let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, context.round.frame);
+        context.deadline.spend(work);
         self.spent.work += work;
-        if low <= 0.0 || self.looks_beyond(low, desk) {
+        if low <= 0.0 || self.looks_beyond(low, context) {
             self.state.without_planes = WITHOUT_PLANES << self.state.in_vain;
             self.state.in_vain = MOST_IN_VAIN.min(self.state.in_vain + 1);
             return false;
         }
         self.state.in_vain = 0;
-        let until = until(desk.bodies, self.key(), pair, low, frame);
+        let until = until(context.bodies, self.key(), pair, low, frame);
         self.state.note_apart(until);
         self.state.finish(Verdict::Separated, 0, frame);
         true
@@ -162,14 +174,17 @@ impl Turn {
 
     /// True if a proof of some distance should be tried; not if there is a stopped run to resume.
     #[inline]
-    pub fn may_prove_apart(&self, desk: &Desk) -> bool {
-        let until = self.state.proves_from.wrapping_sub(desk.round.frame as u16);
+    pub fn may_prove_apart(&self, context: &Context) -> bool {
+        let until = self
+            .state
+            .proves_from
+            .wrapping_sub(context.round.frame as u16);
         let is_due = self.state.proves_from == 0 || !(1..=PAUSE as u16).contains(&until);
-        desk.looks_ahead
-            && !desk.held
+        context.looks_ahead
+            && !context.held
             && self.state.verdict == Verdict::Separated
             && is_due
-            && !self.looks_beyond(0.0, desk)
+            && !self.looks_beyond(0.0, context)
     }
 
     /// Proves a lower bound of the distance of slow bodies. `None` if the question whether they
@@ -179,21 +194,21 @@ impl Turn {
         &mut self,
         pair: [&Placed; 2],
         b_in_a: Pose,
-        desk: &mut Desk,
+        context: &mut Context,
     ) -> Option<Ended> {
-        let Desk { bodies, round, .. } = *desk;
+        let Context { bodies, round, .. } = *context;
         let (key, frame) = (self.key(), round.frame);
         let Some(mut limit) = reach(bodies, key, pair, frame) else {
             self.state.proves_from = (frame + BREAK) as u16;
             return None;
         };
         let needed = ROOM * u64::from(self.state.search) + MORE_ROOM;
-        if !desk.deadline.has_room(needed) {
+        if !context.deadline.has_room(needed) {
             return None;
         }
         self.state.proves_from = (frame + PAUSE) as u16;
         let answer = loop {
-            let answer = self.measure(&Question::apart(pair, b_in_a, limit), desk);
+            let answer = self.measure(&Question::apart(pair, b_in_a, limit), context);
             let Some(Proof::Distance(bounds)) = answer.proof else {
                 return None;
             };
@@ -208,7 +223,9 @@ impl Turn {
                 Verdict::Undecided if bounds.high < limit => limit = bounds.high / 2.0,
                 _ => return None,
             }
-            if limit < LEAST_OF_NEAR * step(bodies, key, frame) || !desk.deadline.has_room(needed) {
+            if limit < LEAST_OF_NEAR * step(bodies, key, frame)
+                || !context.deadline.has_room(needed)
+            {
                 return None;
             }
         };

@@ -147,7 +147,7 @@ impl Batch {
                 turn.search_entry(bodies, scratch, round, &mut deadline)
             } else {
                 let kept = self.workspace.as_mut().filter(|_| held);
-                let ended = turn.run(&mut Desk {
+                let ended = turn.run(&mut Context {
                     bodies,
                     round,
                     deadline: &mut deadline,
@@ -171,7 +171,7 @@ impl Batch {
 }
 
 /// Everything that a turn needs.
-pub(crate) struct Desk<'d, 'c> {
+pub(crate) struct Context<'d, 'c> {
     pub bodies: &'d Bodies,
     pub round: &'d Round,
     pub deadline: &'d mut Deadline<'c>,
@@ -205,7 +205,7 @@ impl Turn {
             return;
         }
         let (held, looks_ahead) = (false, true);
-        self.run(&mut Desk {
+        self.run(&mut Context {
             bodies,
             round,
             deadline,
@@ -257,15 +257,15 @@ impl Turn {
     }
 
     /// Runs the pair as far as the deadline allows.
-    pub fn run(&mut self, desk: &mut Desk) -> Ended {
-        let Desk { bodies, round, .. } = *desk;
+    pub fn run(&mut self, context: &mut Context) -> Ended {
+        let Context { bodies, round, .. } = *context;
         self.known.tell(&mut self.state, bodies, round.frame);
         let Some([a, b]) = bodies.pair(self.key()) else {
             return Ended::NotBegun;
         };
         let b_in_a = a.relative(b);
         let proven = mem::take(&mut self.state.apart);
-        let ended = self.ask([a, b], b_in_a, desk);
+        let ended = self.ask([a, b], b_in_a, context);
         let (key, since) = (self.key(), self.known.since(round.frame));
         if ended != Ended::Complete
             && self.state.apart == 0.0
@@ -277,16 +277,16 @@ impl Turn {
         ended
     }
 
-    fn ask(&mut self, [a, b]: [&Placed; 2], b_in_a: Pose, desk: &mut Desk) -> Ended {
-        let Desk { bodies, round, .. } = *desk;
-        if self.may_test_roots(desk) && self.root_test_parts([a, b], &b_in_a, desk) {
+    fn ask(&mut self, [a, b]: [&Placed; 2], b_in_a: Pose, context: &mut Context) -> Ended {
+        let Context { bodies, round, .. } = *context;
+        if self.may_test_roots(context) && self.root_test_parts([a, b], &b_in_a, context) {
             return Ended::Complete;
         }
-        if self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk) {
+        if self.may_part(context) && self.a_plane_parts([a, b], &b_in_a, context) {
             return Ended::Complete;
         }
-        if self.may_prove_apart(desk)
-            && let Some(ended) = self.prove_apart([a, b], b_in_a, desk)
+        if self.may_prove_apart(context)
+            && let Some(ended) = self.prove_apart([a, b], b_in_a, context)
             && (self.kind == TurnKind::Meet || self.state.verdict == Verdict::Separated)
         {
             return ended;
@@ -296,26 +296,26 @@ impl Turn {
             TurnKind::Motion => Question::motion([a, b]),
             TurnKind::Meet => Question::new(bodies, self.key(), [a, b], b_in_a, round.mode),
         };
-        if !desk.deadline.has_room(question.least_work()) {
+        if !context.deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
         }
         match self.kind {
-            TurnKind::Contacts => self.find_contacts(&question, [a, b], &b_in_a, desk),
-            TurnKind::Motion => self.find_impact(&question, desk),
-            TurnKind::Meet => self.answer(&question, desk),
+            TurnKind::Contacts => self.find_contacts(&question, [a, b], &b_in_a, context),
+            TurnKind::Motion => self.find_impact(&question, context),
+            TurnKind::Meet => self.answer(&question, context),
         }
     }
 
     /// Resumes or begins a question, as far as the deadline allows. Returns its answer, and the work
     /// of the run.
-    pub fn go_on(&mut self, question: &Question, desk: &mut Desk) -> (Answer, Spent) {
-        let Desk {
+    pub fn go_on(&mut self, question: &Question, context: &mut Context) -> (Answer, Spent) {
+        let Context {
             round,
             deadline,
             workspace,
             held,
             ..
-        } = desk;
+        } = context;
         let memory = &mut self.state.memory;
         let resumed = question.resume_or_begin(*held, workspace, memory, round.to_the_end);
         deadline.spend(WORK_PER_QUERY);
@@ -329,11 +329,11 @@ impl Turn {
     /// Continues the time of impact of a pair whose distance is its first question. It also decides
     /// whether the bodies meet, if that is still open.
     #[inline(never)]
-    fn find_impact(&mut self, question: &Question, desk: &mut Desk) -> Ended {
-        let (answer, spent) = self.go_on(question, desk);
-        let (key, frame, state) = (self.key(), desk.round.frame, &mut self.state);
+    fn find_impact(&mut self, question: &Question, context: &mut Context) -> Ended {
+        let (answer, spent) = self.go_on(question, context);
+        let (key, frame, state) = (self.key(), context.round.frame, &mut self.state);
         if let Some(proof) = answer.proof {
-            state.note_proof(key, desk.bodies, proof, frame);
+            state.note_proof(key, context.bodies, proof, frame);
         }
         if state.decided < frame && answer.verdict != Verdict::Undecided {
             state.decide(answer.verdict, answer.found, frame);
@@ -348,15 +348,15 @@ impl Turn {
 
     /// Runs any other question, as far as the deadline allows.
     #[inline(always)]
-    fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
-        let Desk {
+    fn answer(&mut self, question: &Question, context: &mut Context) -> Ended {
+        let Context {
             bodies,
             round,
             deadline,
             workspace,
             held,
             ..
-        } = desk;
+        } = context;
         let resumed =
             question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end);
         let mut before = resumed.unwrap_or_default();

@@ -1,7 +1,7 @@
 //! A turn that finds the contacts of two bodies.
 
 use super::apart::until;
-use super::batch::{Desk, Ended};
+use super::batch::{Context, Ended};
 use super::question::{Answer, Question};
 use super::spent::Spent;
 use super::state::Turn;
@@ -20,10 +20,10 @@ impl Turn {
         question: &Question,
         pair: [&Placed; 2],
         b_in_a: &Pose,
-        desk: &mut Desk,
+        context: &mut Context,
     ) -> Ended {
-        let (answer, spent) = self.go_on(question, desk);
-        let (bodies, round, workspace) = (desk.bodies, desk.round, &mut *desk.workspace);
+        let (answer, spent) = self.go_on(question, context);
+        let (bodies, round, workspace) = (context.bodies, context.round, &mut *context.workspace);
         let (key, frame) = (self.key(), round.frame);
         let Some(touch) = &mut self.state.touch else {
             return Ended::NotBegun;
@@ -57,7 +57,7 @@ impl Turn {
                     bodies,
                     key,
                     pair,
-                    self.look_ahead(pair, b_in_a, desk),
+                    self.look_ahead(pair, b_in_a, context),
                     frame,
                 );
                 self.state.apart = until.max(f64::from_bits(1));
@@ -71,27 +71,27 @@ impl Turn {
     }
 
     /// True if a bound of a distance is lower than contacts are to look ahead.
-    pub fn looks_beyond(&self, low: f64, desk: &Desk) -> bool {
-        self.kind == TurnKind::Contacts && low < desk.bodies.contact_requests.look_ahead
+    pub fn looks_beyond(&self, low: f64, context: &Context) -> bool {
+        self.kind == TurnKind::Contacts && low < context.bodies.contact_requests.look_ahead
     }
 
     /// Lower bound of the distance of bodies without contacts, as far as the look-ahead and the deadline
     /// allow.
-    fn look_ahead(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> f64 {
-        if !self.looks_beyond(0.0, desk) || !desk.deadline.has_room(LEAST_DISTANCE_WORK) {
+    fn look_ahead(&mut self, pair: [&Placed; 2], b_in_a: &Pose, context: &mut Context) -> f64 {
+        if !self.looks_beyond(0.0, context) || !context.deadline.has_room(LEAST_DISTANCE_WORK) {
             return 0.0;
         }
-        let limit = desk.bodies.contact_requests.look_ahead;
-        let answer = self.measure(&Question::look_ahead(pair, *b_in_a, limit), desk);
+        let limit = context.bodies.contact_requests.look_ahead;
+        let answer = self.measure(&Question::look_ahead(pair, *b_in_a, limit), context);
         answer.proof.map_or(0.0, |proof| proof.parts().0)
     }
 
     /// Runs a question about the distance of the pair from its begin, besides its own.
-    pub fn measure(&mut self, question: &Question, desk: &mut Desk) -> Answer {
-        let workspace = &mut *desk.workspace;
-        question.begin(workspace, &self.state.memory, desk.round.to_the_end);
-        desk.deadline.spend(WORK_PER_QUERY);
-        let answer = question.go_on(workspace, &mut self.state.memory, desk.deadline);
+    pub fn measure(&mut self, question: &Question, context: &mut Context) -> Answer {
+        let workspace = &mut *context.workspace;
+        question.begin(workspace, &self.state.memory, context.round.to_the_end);
+        context.deadline.spend(WORK_PER_QUERY);
+        let answer = question.go_on(workspace, &mut self.state.memory, context.deadline);
         self.spent.add(Spent::of(workspace));
         self.spent.work += WORK_PER_QUERY;
         answer

@@ -2,7 +2,7 @@
 
 use crate::body::Bodies;
 use crate::id::PairKey;
-use crate::schedule::crew::Crew;
+use crate::schedule::executor::Executor;
 use alloc::sync::Arc;
 use core::time::Duration;
 use punctual::{Budget, Clock, Mode};
@@ -37,12 +37,12 @@ pub(crate) struct Frame<'f> {
     pub times: [Duration; 2],
     pub clock: &'f dyn Clock,
     pub bodies: &'f Arc<Bodies>,
-    pub crew: &'f dyn Crew,
+    pub executor: &'f dyn Executor,
 }
 
 impl Frame<'_> {
     pub fn threads(&self) -> usize {
-        self.crew.threads()
+        self.executor.threads()
     }
 
     /// True for a budget of time.

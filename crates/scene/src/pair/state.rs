@@ -44,14 +44,14 @@ pub(crate) struct Standing {
     pub recall: f64,
 }
 
-/// The turn of a pair in a batch. Holds all that is needed to deal and to collect it, because by
+/// The turn of a pair in a batch. Holds all that is needed to assign and to collect it, because by
 /// then its state is out of the cache, or in that of another core.
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
     pub state: Box<PairState>,
     /// Its entry in the list of pairs.
     pub known: Known,
-    /// The index of its job in the frame.
+    /// The index of its task in the frame.
     pub index: u32,
     /// Expected work, median.
     pub median: u32,

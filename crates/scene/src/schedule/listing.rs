@@ -3,11 +3,11 @@
 //! A partial list begins with the pair whose turn it is, so that the guarantee of the round robin
 //! holds however few pairs a frame can read.
 
-use super::job::{Job, outlook};
 use super::known::Known;
 use super::pairs::Pairs;
 use super::revisit::Decision;
 use super::tally::Tallies;
+use super::task::{Task, outlook};
 use super::turns::RoundRobin;
 use crate::ask::TurnKind;
 use crate::body::Bodies;
@@ -30,17 +30,17 @@ pub(crate) struct Listing<'l> {
     pub frame: &'l Frame<'l>,
     pub broad: &'l Broad,
     pub pairs: &'l mut Pairs,
-    pub jobs: &'l mut Vec<Job>,
+    pub tasks: &'l mut Vec<Task>,
     pub report: &'l mut Report,
     pub turns: &'l mut RoundRobin,
-    /// Bounds of groups: of the pairs without a job, and of all as they are listed.
+    /// Bounds of groups: of the pairs without a task, and of all as they are listed.
     pub tallies: &'l mut Tallies,
     pub listed: &'l mut Tallies,
     /// Pairs that were found to meet before the list, ascending.
     pub found: &'l [Decision],
     /// Index of the next of them to be listed.
     pub next_found: usize,
-    /// True if something depends on the forecasts of the jobs.
+    /// True if something depends on the forecasts of the tasks.
     pub expects: bool,
     pub counts: Counts,
     /// A workspace, if bare pairs are decided as they are listed.
@@ -83,7 +83,7 @@ struct Look {
 
 impl<'l> Listing<'l> {
     /// Begins the report, or, if it `goes_on`, continues that of the last frame. Pairs with a known
-    /// result go into the report, the others become jobs; both ascending. After each of `parts`
+    /// result go into the report, the others become tasks; both ascending. After each of `parts`
     /// parts of the list, calls `hand_out` with the number of the part and the list so far.
     pub fn run(
         mut self,
@@ -94,11 +94,11 @@ impl<'l> Listing<'l> {
     ) -> Counts {
         let known = self.pairs.len();
         let (from, left) = if goes_on {
-            self.jobs.retain(|job| job.open);
+            self.tasks.retain(|task| task.open);
             self.report.go_on();
             (self.turns.end, self.report.unlisted)
         } else {
-            self.jobs.clear();
+            self.tasks.clear();
             self.report.begin();
             let cursor = if self.turns.cut { self.turns.cursor } else { 0 };
             (cursor, known)
@@ -142,14 +142,14 @@ impl<'l> Listing<'l> {
         self.counts
     }
 
-    /// Number of jobs, and of pairs listed.
+    /// Number of tasks, and of pairs listed.
     fn counts_so_far(&self) -> [usize; 2] {
-        [self.jobs.len(), self.report.pairs.len()]
+        [self.tasks.len(), self.report.pairs.len()]
     }
 
-    /// Moves what was listed after the first `jobs` jobs and `pairs` pairs into its place: before
+    /// Moves what was listed after the first `tasks` tasks and `pairs` pairs into its place: before
     /// those of them that are not below the key `from`.
-    fn sort_in(&mut self, from: PairKey, [jobs, pairs]: [usize; 2]) {
+    fn sort_in(&mut self, from: PairKey, [tasks, pairs]: [usize; 2]) {
         let listed = &mut self.report.pairs;
         let place =
             listed[..pairs].partition_point(|pair| pair_key(pair.a.index, pair.b.index) < from);
@@ -158,16 +158,16 @@ impl<'l> Listing<'l> {
             return;
         }
         listed[place..].rotate_left(pairs - place);
-        for job in &mut *self.jobs {
-            let listed = job.listed as usize;
+        for task in &mut *self.tasks {
+            let listed = task.listed as usize;
             if listed >= pairs {
-                job.listed -= (pairs - place) as u32;
+                task.listed -= (pairs - place) as u32;
             } else if listed >= place {
-                job.listed += new as u32;
+                task.listed += new as u32;
             }
         }
-        let at = self.jobs[..jobs].partition_point(|job| job.key < from);
-        self.jobs[at..].rotate_left(jobs - at);
+        let at = self.tasks[..tasks].partition_point(|task| task.key < from);
+        self.tasks[at..].rotate_left(tasks - at);
     }
 
     /// Lists the pairs in a range of places. Returns the place before which it ended.
@@ -357,7 +357,7 @@ impl<'l> Listing<'l> {
                 self.expects,
             );
             probability = forecast.probability;
-            self.jobs.push(Job {
+            self.tasks.push(Task {
                 key,
                 listed: self.report.pairs.len() as u32,
                 place: place as u32,
@@ -423,7 +423,7 @@ impl<'l> Listing<'l> {
     fn list_open(&mut self, pair: Candidate, known: &Known) {
         let frame = self.frame;
         let (forecast, rank) = outlook(frame, known, None, TurnKind::Meet, None, self.expects);
-        self.jobs.push(Job {
+        self.tasks.push(Task {
             key: pair.key,
             listed: self.report.pairs.len() as u32,
             place: pair.place as u32,

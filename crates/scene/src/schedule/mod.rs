@@ -1,6 +1,6 @@
 //! Shares the budget of a frame among its pairs.
 //!
-//! If nothing has changed, a frame goes on with the list, the jobs and the stopped runs of the last
+//! If nothing has changed, a frame goes on with the list, the tasks and the stopped runs of the last
 //! one. A pair that was decided and whose bodies have not moved since needs nothing. For the others
 //! the cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
@@ -8,13 +8,13 @@
 //!   and, unless work is limited, those that met are searched ([`revisit`]). In a *tight* frame, which
 //!   has little time left for rounds, all known pairs are. The pairs decided are reported however
 //!   little of the frame is left.
-//! - A job has one question. If its distance is known and a body moves, the job continues with the
+//! - A task has one question. If its distance is known and a body moves, the task continues with the
 //!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
 //!   contacts are requested, with the contacts.
 //! - If the expected cost fits the budget, all pairs are run to their ends.
 //!   Without a budget and on several threads, this begins in the first round, part by part while
 //!   the list is made.
-//! - Otherwise a quarter goes to all pairs in turn (the *round robin*). The rest is dealt by
+//! - Otherwise a quarter goes to all pairs in turn (the *round robin*). The rest is assigned by
 //!   importance, then by gain per expected cost. The gain is the expected number of frames with a
 //!   known intersection: this one, and later ones as long as the witness lasts. (Information, the
 //!   entropy of the probability, was measured to be worse: pairs that almost certainly intersect
@@ -35,10 +35,9 @@
 //!   of a time of impact after the distance. So in any two frames the round robin spends more than
 //!   `R` on turns that end, and it completes a round in `K` frames.
 
-pub(crate) mod crew;
-mod deal;
+mod assignment;
+pub(crate) mod executor;
 mod forecast;
-mod job;
 pub(crate) mod known;
 mod listing;
 mod merge;
@@ -47,6 +46,7 @@ pub(crate) mod pairs;
 mod revisit;
 pub(crate) mod share;
 mod tally;
+mod task;
 mod turns;
 #[cfg(feature = "parallel")]
 pub(crate) mod workers;
@@ -65,11 +65,10 @@ use crate::cost::{
 };
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+pub(super) use assignment::BATCHES;
+use assignment::{Assignment, take_back};
 use core::cell::Cell;
 use core::time::Duration;
-pub(super) use deal::BATCHES;
-use deal::{Deal, take_back};
-use job::Job;
 use listing::{Counts, Listing};
 use pace::{OVERHEAD, Reserved, Speed};
 use pairs::Pairs;
@@ -81,6 +80,7 @@ use punctual_geom::{Pose, nanoseconds};
 use revisit::{Revisit, Search};
 use share::Share;
 use tally::Tallies;
+use task::Task;
 use turns::RoundRobin;
 
 /// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame; and
@@ -96,13 +96,13 @@ const LITTLE: u32 = 4;
 const LEAST_TIGHT: u64 = 16;
 const MOST_TIGHT: u64 = 256;
 
-/// Minimum number of known pairs per part of the list if their jobs are short.
+/// Minimum number of known pairs per part of the list if their tasks are short.
 const PART: usize = 64;
 
 /// What is reserved for the end of the list and of the frame is at most a frame divided by this.
 const MOST_RESERVED: u32 = 4;
 
-/// Reading what jobs have found about groups takes at most a frame divided by this.
+/// Reading what tasks have found about groups takes at most a frame divided by this.
 const MOST_OF_GROUPS: u32 = 8;
 
 /// Maximum number of rounds of a frame. The rest is small after two or three.
@@ -118,14 +118,14 @@ pub(crate) struct Found<'f> {
 #[derive(Debug, Default)]
 pub(crate) struct Schedule {
     batches: Vec<Batch>,
-    /// The jobs of the frame, ascending by pair.
-    jobs: Vec<Job>,
-    /// Number of unfinished jobs.
+    /// The tasks of the frame, ascending by pair.
+    tasks: Vec<Task>,
+    /// Number of unfinished tasks.
     pub open: usize,
-    /// Buffer for dealing jobs.
+    /// Buffer for assigning tasks.
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
-    /// Bounds of groups: of the pairs without a job, of all as they were listed, and of all at the
+    /// Bounds of groups: of the pairs without a task, of all as they were listed, and of all at the
     /// end of the frame.
     tallies: Tallies,
     listed: Tallies,
@@ -140,7 +140,7 @@ pub(crate) struct Schedule {
     /// The first frame that is not tight, and the number of tight ones before it.
     tight_until: u64,
     tight: u64,
-    /// Time from the collection of the last job to the end of the frame, without estimates.
+    /// Time from the collection of the last task to the end of the frame, without estimates.
     rest: Reserved,
     /// The correction of the estimated probabilities.
     pub calibration: Calibration,
@@ -155,12 +155,12 @@ impl Schedule {
     }
 
     pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
-        reserve(&mut self.jobs, pairs);
+        reserve(&mut self.tasks, pairs);
         reserve(&mut report.pairs, pairs);
         reserve(&mut self.order, pairs);
         self.revisit.reserve(pairs);
         for (number, batch) in self.batches.iter_mut().enumerate() {
-            reserve(&mut batch.turns, deal::room(number, pairs));
+            reserve(&mut batch.turns, assignment::room(number, pairs));
         }
     }
 
@@ -234,7 +234,7 @@ impl Schedule {
             broad,
             pairs,
             batches: &mut self.batches,
-            dealt: 0,
+            assigned: 0,
             part: 0,
             scratch,
             end,
@@ -285,7 +285,7 @@ impl Schedule {
         let estimates = frame.for_estimates();
         let measured = match frame.bodies.distance_requests.groups.len() {
             0 => 0,
-            _ => self.jobs.iter().filter(|job| job.measures).count(),
+            _ => self.tasks.iter().filter(|task| task.measures).count(),
         };
         let groups = pace::reading(measured).min(frame.times[1] / MOST_OF_GROUPS);
         let rest = self.rest.time() + groups + estimates.unwrap_or_default();
@@ -313,11 +313,11 @@ impl Schedule {
             };
             self.find_homes();
             self.plan(frame, &mut round, left, reserve, pairs);
-            let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
-            round.end = frame.end(rest + pace::collecting(dealt));
+            let assigned = self.batches.iter().map(|batch| batch.turns.len()).sum();
+            round.end = frame.end(rest + pace::collecting(assigned));
             frame.lap(&mut lap);
             frame
-                .crew
+                .executor
                 .run(&mut self.batches, &round, frame.bodies, scratch);
             let running = frame.lap(&mut lap);
             let spent = self.collect(frame, [total, least], pairs, report);
@@ -357,7 +357,7 @@ impl Schedule {
         let estimating = estimates.map_or(Duration::ZERO, |_| {
             self.estimate(frame, found.pairs, report)
         });
-        self.turns.end_frame(&self.jobs);
+        self.turns.end_frame(&self.tasks);
         let telling = self.tell_groups(frame, found, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
@@ -373,14 +373,14 @@ impl Schedule {
     /// Updates the calibration from the decided pairs, in their order, which does not depend on the
     /// threads.
     fn learn(&mut self, frame: &Frame, pairs: &mut Pairs) {
-        for job in self.jobs.iter().filter(|job| job.teaches) {
+        for task in self.tasks.iter().filter(|task| task.teaches) {
             pairs
-                .state(job.place as usize, frame)
+                .state(task.place as usize, frame)
                 .teach(&mut self.calibration);
         }
     }
 
-    /// Reports the distances of groups, with what the jobs have found if there is time to read it.
+    /// Reports the distances of groups, with what the tasks have found if there is time to read it.
     /// Returns the time that it took.
     fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
         if frame.bodies.distance_requests.groups.is_empty() {
@@ -390,7 +390,7 @@ impl Schedule {
         frame.lap(&mut lap);
         self.told.copy(&self.tallies);
         let mut deadline = Deadline::of_a_part(frame.end(self.rest.time()), u64::MAX, frame.clock);
-        for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
+        for &Task { key, place, .. } in self.tasks.iter().filter(|task| task.measures) {
             if !deadline.has_room(WORK_PER_TOLD_PAIR) {
                 self.told.copy(&self.listed);
                 break;
@@ -404,7 +404,7 @@ impl Schedule {
         frame.lap(&mut lap).unwrap_or_default()
     }
 
-    /// Chooses the plan of the round and deals the jobs.
+    /// Chooses the plan of the round and assigns the tasks.
     fn plan(
         &mut self,
         frame: &Frame,
@@ -416,15 +416,15 @@ impl Schedule {
         let timed = round.end.map(|_| frame.threads());
         let overhead = timed.map_or(0, |threads| OVERHEAD * threads as u64);
         let Self {
-            jobs,
+            tasks,
             batches,
             order,
             turns,
             ..
         } = self;
-        let first_turn = jobs.partition_point(|job| job.key < turns.cursor);
-        let mut deal = Deal {
-            jobs,
+        let first_turn = tasks.partition_point(|task| task.key < turns.cursor);
+        let mut assign = Assignment {
+            tasks,
             batches,
             pairs,
             frame,
@@ -432,15 +432,15 @@ impl Schedule {
             first_turn,
             overhead,
         };
-        let expected = deal.expected();
+        let expected = assign.expected();
         if frame.is_still {
-            deal.stopped();
+            assign.stopped();
         }
         round.to_the_end = expected <= left - reserve;
         if round.to_the_end {
-            deal.all([left, reserve, expected], timed.is_some(), frame.threads());
+            assign.all([left, reserve, expected], timed.is_some(), frame.threads());
         } else {
-            deal.shares([left, reserve], timed);
+            assign.shares([left, reserve], timed);
         }
     }
 
@@ -460,7 +460,7 @@ impl Schedule {
             let Some((key, workspace)) = batch.stopped() else {
                 continue;
             };
-            let Ok(at) = self.jobs.binary_search_by_key(&key, |job| job.key) else {
+            let Ok(at) = self.tasks.binary_search_by_key(&key, |task| task.key) else {
                 continue;
             };
             let Some([a, b]) = frame.bodies.pair(key) else {
@@ -469,7 +469,7 @@ impl Schedule {
             if !goes_on() {
                 break;
             }
-            let Job { place, listed, .. } = self.jobs[at];
+            let Task { place, listed, .. } = self.tasks[at];
             let Question::Meet(query) =
                 Question::new(frame.bodies, key, [a, b], a.relative(b), frame.mode)
             else {
@@ -507,7 +507,7 @@ impl Schedule {
     }
 
     /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the
-    /// order of the jobs, they are run while the list is made, by other threads if there are any.
+    /// order of the tasks, they are run while the list is made, by other threads if there are any.
     fn list(
         &mut self,
         frame: &Frame,
@@ -528,7 +528,7 @@ impl Schedule {
         let goes_on = frame.is_still && self.goes_on && {
             let work = WORK_PER_KEPT_PAIR * report.pairs.len() as u64;
             let has_room = deadline.has_room(work);
-            // More jobs than a round can plan would be of no use.
+            // More tasks than a round can plan would be of no use.
             let planning = WORK_PER_PLANNED_PAIR * self.open as u64;
             deadline.spend(if has_room { work + planning } else { 0 });
             has_room
@@ -539,14 +539,14 @@ impl Schedule {
             self.tallies.begin(&frame.bodies.distance_requests);
             self.listed.begin(&frame.bodies.distance_requests);
         }
-        let is_closed = |job: &&Job| goes_on && job.measures && !job.open;
-        for &Job { key, place, .. } in self.jobs.iter().filter(is_closed) {
+        let is_closed = |task: &&Task| goes_on && task.measures && !task.open;
+        for &Task { key, place, .. } in self.tasks.iter().filter(is_closed) {
             deadline.spend(WORK_PER_TOLD_PAIR);
             self.tallies
                 .read(key, pairs.state(place as usize, frame), frame);
         }
         let Self {
-            jobs,
+            tasks,
             turns,
             tallies,
             listed,
@@ -565,7 +565,7 @@ impl Schedule {
             frame,
             broad,
             pairs,
-            jobs,
+            tasks,
             report,
             turns,
             tallies,
@@ -582,31 +582,33 @@ impl Schedule {
             true => known.clamp(1, BATCHES),
         };
         let round = Round::to_the_end(frame.number, frame.mode, None);
-        let (mut dealt, mut ended) = (0, 0);
+        let (mut assigned, mut ended) = (0, 0);
         let Counts { kept, near } = listing.run(goes_on, deadline, parts, |part, list| {
             if !begins {
                 return;
             }
             let batch = &mut batches[part];
             (batch.budget, batch.looks_ahead) = (u64::MAX, true);
-            for job in &mut list.jobs[dealt..] {
+            for task in &mut list.tasks[assigned..] {
                 if !batch.is_full() {
-                    batch.turns.push(job.deal(dealt as u32, list.pairs, frame));
+                    batch
+                        .turns
+                        .push(task.assign(assigned as u32, list.pairs, frame));
                 }
-                dealt += 1;
+                assigned += 1;
             }
             frame
-                .crew
+                .executor
                 .begin(part, &mut batches[part..=part], &round, frame.bodies);
         });
         if begins {
             frame
-                .crew
+                .executor
                 .finish(batches, &round, frame.bodies, scratch, &mut |batch| {
-                    ended += take_back(batch, jobs, frame, pairs, report);
+                    ended += take_back(batch, tasks, frame, pairs, report);
                 });
         }
-        self.open = self.jobs.len() - ended;
+        self.open = self.tasks.len() - ended;
         let listed = report.pairs.len() + kept;
         let used = match revisit.is_full {
             true => listed.max(pairs.room() + 1),
@@ -622,11 +624,13 @@ impl Schedule {
         events.reserve(pairs.room(), report);
     }
 
-    /// Finds the jobs with a stopped run. The run of the job whose turn it is moves to the batch of
+    /// Finds the tasks with a stopped run. The run of the task whose turn it is moves to the batch of
     /// the round robin.
     fn find_homes(&mut self) {
-        let first = self.jobs.partition_point(|job| job.key < self.turns.cursor);
-        if let Some(first) = self.jobs.get(first).or(self.jobs.first())
+        let first = self
+            .tasks
+            .partition_point(|task| task.key < self.turns.cursor);
+        if let Some(first) = self.tasks.get(first).or(self.tasks.first())
             && let [round_robin, others @ ..] = &mut self.batches[..]
             && let Some(home) = others
                 .iter_mut()
@@ -637,14 +641,14 @@ impl Schedule {
         for (batch, home) in self.batches.iter().zip(0..) {
             let at = batch
                 .held
-                .map(|key| self.jobs.binary_search_by_key(&key, |job| job.key));
+                .map(|key| self.tasks.binary_search_by_key(&key, |task| task.key));
             if let Some(Ok(at)) = at {
-                self.jobs[at].home = Some(home);
+                self.tasks[at].home = Some(home);
             }
         }
     }
 
-    /// Takes the jobs back from the batches. `total` is the work of this frame, `least` that of a
+    /// Takes the tasks back from the batches. `total` is the work of this frame, `least` that of a
     /// turn. Returns the work done.
     fn collect(
         &mut self,
@@ -653,7 +657,7 @@ impl Schedule {
         pairs: &mut Pairs,
         report: &mut Report,
     ) -> u64 {
-        // Without a budget all have had their turn, however they were dealt.
+        // Without a budget all have had their turn, however they were assigned.
         if total < u64::MAX {
             self.turns.advance(
                 &self.batches[0],
@@ -662,7 +666,7 @@ impl Schedule {
         }
         let before = report.work;
         for batch in &mut self.batches {
-            self.open -= take_back(batch, &mut self.jobs, frame, pairs, report);
+            self.open -= take_back(batch, &mut self.tasks, frame, pairs, report);
         }
         report.work - before
     }

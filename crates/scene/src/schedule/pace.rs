@@ -6,17 +6,17 @@ use punctual::engine::TYPICAL_UNIT;
 use punctual_geom::nanoseconds;
 
 // What is small beside the queries is not measured on each machine: nanoseconds per unit of work of
-// the list, per job dealt to a batch, per job collected, and per job whose findings about groups
+// the list, per task assigned to a batch, per task collected, and per task whose findings about groups
 // are read.
 const LISTING: u64 = 1;
-const DEALING: u64 = 50;
+const ASSIGNING: u64 = 50;
 const COLLECTING: u64 = 25;
 const READING: u64 = 400;
 
 /// Time beyond this many times the usual is attributed to other programs.
 const MOST: f64 = 4.0;
 
-/// Added to a number of jobs, because a step takes time even without any.
+/// Added to a number of tasks, because a step takes time even without any.
 const NEVER_NONE: usize = 16;
 
 /// Speed of the queries of a thread: exponentially fading sums.
@@ -47,24 +47,24 @@ impl Speed {
     }
 }
 
-/// Time to collect this many jobs.
-pub(crate) fn collecting(jobs: usize) -> Duration {
-    Duration::from_nanos(COLLECTING * (jobs + NEVER_NONE) as u64)
+/// Time to collect this many tasks.
+pub(crate) fn collecting(tasks: usize) -> Duration {
+    Duration::from_nanos(COLLECTING * (tasks + NEVER_NONE) as u64)
 }
 
-/// Time to read what this many jobs have found about groups.
-pub(crate) fn reading(jobs: usize) -> Duration {
-    Duration::from_nanos(READING * jobs as u64)
+/// Time to read what this many tasks have found about groups.
+pub(crate) fn reading(tasks: usize) -> Duration {
+    Duration::from_nanos(READING * tasks as u64)
 }
 
-/// Work of a list of as many pairs as can be listed, dealt and collected in `time`.
+/// Work of a list of as many pairs as can be listed, assigned and collected in `time`.
 pub(crate) fn list_work(time: Duration) -> u64 {
-    let each = LISTING as f64 + (DEALING + COLLECTING) as f64 / WORK_PER_LISTED_PAIR as f64;
+    let each = LISTING as f64 + (ASSIGNING + COLLECTING) as f64 / WORK_PER_LISTED_PAIR as f64;
     (nanoseconds(time) / each) as u64
 }
 
-/// Work that a query could do while a job is dealt and collected.
-pub(crate) const OVERHEAD: u64 = ((DEALING + COLLECTING) as f64 / TYPICAL_UNIT) as u64;
+/// Work that a query could do while a task is assigned and collected.
+pub(crate) const OVERHEAD: u64 = ((ASSIGNING + COLLECTING) as f64 / TYPICAL_UNIT) as u64;
 
 /// Nanoseconds reserved for a time that varies: they rise at once and fall slowly.
 #[derive(Clone, Copy, Debug, Default)]

@@ -7,13 +7,22 @@ use core::time::Duration;
 use punctual::engine::Deadline;
 use punctual::{Budget, Clock};
 
-/// The ends of the steps before the list: the part of the work of the broad phase that is spent
-/// then, in sixths, and the part of the time that has passed, in eighths.
-pub(crate) const PLACE: (u64, u32) = (3, 2);
-pub(crate) const PAIR: (u64, u32) = (5, 6);
+/// The end of a step before the list: the part of the work of the broad phase that is spent then,
+/// and the part of the time left that has passed.
+pub(crate) struct End {
+    sixths_of_work: u64,
+    eighths_of_time: u32,
+}
 
-const PARTS: u64 = 6;
-const PARTS_OF_TIME: u32 = 8;
+/// The ends of placing bodies, and of finding pairs.
+pub(crate) const PLACE: End = End {
+    sixths_of_work: 3,
+    eighths_of_time: 2,
+};
+pub(crate) const PAIR: End = End {
+    sixths_of_work: 5,
+    eighths_of_time: 6,
+};
 
 /// Maximum time that counts for a list after its deadline, and for each pair found before, nanoseconds.
 const MOST_CLOSING: f64 = 10_000.0;
@@ -60,16 +69,16 @@ impl<'c> Share<'c> {
     }
 
     /// Runs a step with its deadline.
-    pub fn run(&mut self, (work, time): (u64, u32), run: impl FnOnce(&mut Deadline)) {
-        let part = self.limit / PARTS_OF_TIME * time;
+    pub fn run(&mut self, step: End, run: impl FnOnce(&mut Deadline)) {
+        let part = self.limit / 8 * step.eighths_of_time;
         let end = self.is_timed.then(|| self.started.saturating_add(part));
-        self.run_until(end, self.work_left(work), run);
+        self.run_until(end, self.work_left(step.sixths_of_work), run);
     }
 
     /// Runs the list in half of the time left, and measures how long it takes after that (`closing`):
     /// the pairs found before are listed in any case.
     pub fn list(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline)) {
-        let (work, of_found) = (self.work_left(PARTS), listing(self.found));
+        let (work, of_found) = (self.work_left(6), listing(self.found));
         if !self.is_timed {
             return self.run_until(None, work.saturating_add(of_found), run);
         }
@@ -85,10 +94,10 @@ impl<'c> Share<'c> {
         closing.learn(self.clock.now().saturating_sub(end), most);
     }
 
-    /// The rest of so many parts of the work of the broad phase.
-    fn work_left(&self, parts: u64) -> u64 {
+    /// The rest of so many sixths of the work of the broad phase.
+    fn work_left(&self, sixths: u64) -> u64 {
         self.work.map_or(u64::MAX, |work| {
-            (work / PARTS * parts).saturating_sub(self.spent)
+            (work / 6 * sixths).saturating_sub(self.spent)
         })
     }
 

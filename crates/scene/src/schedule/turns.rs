@@ -1,6 +1,6 @@
 //! The round robin: decides which pair is searched next.
 
-use super::job::Job;
+use super::task::Task;
 use crate::ask::TurnKind;
 use crate::id::PairKey;
 use crate::pair::batch::Batch;
@@ -73,15 +73,16 @@ impl RoundRobin {
         self.overspent = first.is_some_and(|turn| goes_on || turn.spent.work >= enough);
     }
 
-    /// After a list cut short, skips the finished jobs, so that the next list has others.
-    pub fn end_frame(&mut self, jobs: &[Job]) {
+    /// After a list cut short, skips the finished tasks, so that the next list has others.
+    pub fn end_frame(&mut self, tasks: &[Task]) {
         if self.cut && self.holds_cursor {
-            let (before, after) = jobs.split_at(jobs.partition_point(|job| job.key < self.cursor));
+            let (before, after) =
+                tasks.split_at(tasks.partition_point(|task| task.key < self.cursor));
             let next = after
                 .iter()
                 .chain(before)
-                .find(|job| job.open)
-                .map_or(self.end, |job| job.key);
+                .find(|task| task.open)
+                .map_or(self.end, |task| task.key);
             if next != self.cursor {
                 (self.cursor, self.at) = (next, TurnKind::Meet);
             }

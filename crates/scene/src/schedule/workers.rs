@@ -4,9 +4,9 @@
 //! allocate nothing.
 //!
 //! Waking a thread takes as long as a short frame. So a frame of many pairs wakes all threads when
-//! it begins, and they poll for tasks for a while before they sleep again.
+//! it begins, and they poll for batches for a while before they sleep again.
 
-use super::crew::Crew;
+use super::executor::Executor;
 use crate::body::Bodies;
 use crate::pair::batch::{Batch, Round, make_room_for_contacts, workspace};
 use alloc::boxed::Box;
@@ -32,16 +32,16 @@ const LOOKOUT: Duration = Duration::from_micros(200);
 const LOOKS: usize = 100;
 
 #[derive(Debug)]
-struct Task {
+struct BatchTask {
     index: usize,
     batch: Batch,
     round: Round,
     bodies: Arc<Bodies>,
 }
 
-impl Task {
+impl BatchTask {
     /// Drops the bodies before the batch is returned, so that the owner of the scene may change
-    /// them. The caller waits for every task, so even a panic is returned.
+    /// them. The caller waits for every batch, so even a panic is returned.
     fn run(mut self, scratch: &mut Box<Workspace>) -> Ended {
         catch_unwind(AssertUnwindSafe(move || {
             self.batch.run(&self.bodies, scratch, &self.round, &SYSTEM);
@@ -50,27 +50,27 @@ impl Task {
     }
 }
 
-/// The result of a task.
+/// The result of a batch.
 type Ended = thread::Result<(usize, Batch)>;
 
 /// The state shared by the threads.
 #[derive(Debug)]
 struct Shared {
-    tasks: ArrayQueue<Task>,
+    batches: ArrayQueue<BatchTask>,
     ended: ArrayQueue<Ended>,
     caller: Unparker,
     /// Number of threads that have begun.
     begun: AtomicUsize,
-    /// True if no more tasks will come.
+    /// True if no more batches will come.
     closed: AtomicBool,
 }
 
 impl Shared {
-    /// Runs tasks until no more will come.
+    /// Runs batches until no more will come.
     fn work(&self, scratch: &Mutex<Box<Workspace>>) {
         self.begun.fetch_add(1, Ordering::Release);
         while !self.closed.load(Ordering::Acquire) {
-            let Some(task) = poll(|| self.tasks.pop()) else {
+            let Some(task) = poll(|| self.batches.pop()) else {
                 thread::park();
                 continue;
             };
@@ -118,7 +118,7 @@ impl Workers {
     pub fn start(threads: usize, batches: usize) -> io::Result<Self> {
         let caller = Parker::new();
         let shared = Shared {
-            tasks: ArrayQueue::new(batches),
+            batches: ArrayQueue::new(batches),
             ended: ArrayQueue::new(batches),
             caller: caller.unparker().clone(),
             begun: AtomicUsize::new(0),
@@ -165,7 +165,7 @@ impl Workers {
     }
 }
 
-impl Crew for Workers {
+impl Executor for Workers {
     fn threads(&self) -> usize {
         self.threads.len() + 1
     }
@@ -181,13 +181,13 @@ impl Crew for Workers {
             .zip(batches)
             .filter(|(_, batch)| !batch.is_empty())
         {
-            let task = Task {
+            let task = BatchTask {
                 index,
                 batch: core::mem::take(batch),
                 round: *round,
                 bodies: Arc::clone(bodies),
             };
-            let is_room = self.shared.tasks.push(task).is_ok();
+            let is_room = self.shared.batches.push(task).is_ok();
             debug_assert!(is_room, "more tasks than batches");
             self.out.fetch_add(1, Ordering::Relaxed);
         }
@@ -204,7 +204,7 @@ impl Crew for Workers {
     ) {
         let mut panic = None;
         for _ in 0..self.out.swap(0, Ordering::Relaxed) {
-            let ended = match self.shared.tasks.pop() {
+            let ended = match self.shared.batches.pop() {
                 Some(task) => task.run(scratch),
                 None => self.wait(),
             };

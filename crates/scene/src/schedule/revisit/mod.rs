@@ -56,10 +56,10 @@ pub(crate) struct Search<'s, 'c> {
     pub frame: &'s Frame<'c>,
     pub broad: &'s Broad,
     pub pairs: &'s mut Pairs,
-    /// The batches that receive searches, the number of those dealt to them, and of those that make a
+    /// The batches that receive searches, the number of those assigned to them, and of those that make a
     /// part for one batch; 0 if the batches are run together.
     pub batches: &'s mut [Batch],
-    pub dealt: usize,
+    pub assigned: usize,
     pub part: usize,
     pub scratch: &'s mut Box<Workspace>,
     /// The time until which searches begin, and that at which the last must end: what is cut short

@@ -13,9 +13,9 @@ use crate::pair::batch::{Batch, Round, RoundKind};
 use crate::pair::frame::Frame;
 use crate::pair::spent::Spent;
 use crate::pair::state::Turn;
-use crate::schedule::job::outlook;
 use crate::schedule::known::Known;
 use crate::schedule::pairs::Pairs;
+use crate::schedule::task::outlook;
 use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
@@ -36,7 +36,7 @@ const COOLING: f32 = 4.0;
 const COLD: usize = 16;
 
 /// A tight frame has to end soon after any search, so each thread searches this many pairs at once.
-/// Others deal parts of at least `LEAST_PART` pairs, which other threads begin at once.
+/// Others assign parts of at least `LEAST_PART` pairs, which other threads begin at once.
 const SEARCHES: usize = 4;
 const LEAST_PART: usize = 8;
 
@@ -127,7 +127,7 @@ impl Revisit {
                 self.ask(rank as u32 as usize, search, &mut deadline);
             }
             self.ranks = ranks;
-            // What is dealt is not decided yet, and would be dealt again.
+            // What is assigned is not decided yet, and would be assigned again.
             self.run_searches(search);
             if !self.has_room(search, &mut deadline) {
                 return;
@@ -190,7 +190,7 @@ impl Revisit {
     }
 
     fn has_room(&mut self, search: &Search, deadline: &mut Deadline) -> bool {
-        self.is_full |= self.found.len() + search.dealt >= self.found.capacity();
+        self.is_full |= self.found.len() + search.assigned >= self.found.capacity();
         deadline.has_room(LEAST_WORK) && !self.is_full
     }
 
@@ -216,45 +216,45 @@ impl Revisit {
             deadline.spend(spent.work);
             return self.note(key, verdict, spent);
         }
-        let mut dealt = Turn {
+        let mut assigned = Turn {
             index: place as u32,
             next: Some(TurnKind::Meet),
             ..pairs.take(place, number)
         };
         if threads == 1 {
-            dealt.search(bodies, scratch, &round_of_searches(frame, None), latest);
-            deadline.spend(dealt.spent.work);
-            return self.end_search(dealt, pairs);
+            assigned.search(bodies, scratch, &round_of_searches(frame, None), latest);
+            deadline.spend(assigned.spent.work);
+            return self.end_search(assigned, pairs);
         }
         let at = match search.part {
-            0 => search.dealt % threads,
-            part => search.dealt / part,
+            0 => search.assigned % threads,
+            part => search.assigned / part,
         };
-        batches[at].turns.push(dealt);
-        search.dealt += 1;
-        if search.part > 0 && search.dealt.is_multiple_of(search.part) {
+        batches[at].turns.push(assigned);
+        search.assigned += 1;
+        if search.part > 0 && search.assigned.is_multiple_of(search.part) {
             let round = round_of_searches(frame, search.latest_end);
             let part = &mut batches[at..=at];
-            frame.crew.begin(at, part, &round, bodies);
+            frame.executor.begin(at, part, &round, bodies);
         }
         let most = match search.part {
             0 => SEARCHES * threads,
             part => part * batches.len(),
         };
-        if search.dealt == most {
+        if search.assigned == most {
             let before = self.searches.work;
             self.run_searches(search);
             deadline.spend((self.searches.work - before) / threads as u64);
         }
     }
 
-    /// Runs the searches that were dealt and not begun, and ends all.
+    /// Runs the searches that were assigned and not begun, and ends all.
     fn run_searches(&mut self, search: &mut Search) {
-        let dealt = mem::take(&mut search.dealt);
-        if dealt == 0 {
+        let assigned = mem::take(&mut search.assigned);
+        if assigned == 0 {
             return;
         }
-        let begun = dealt.checked_div(search.part).unwrap_or(0);
+        let begun = assigned.checked_div(search.part).unwrap_or(0);
         let Search {
             frame,
             pairs,
@@ -265,14 +265,14 @@ impl Revisit {
         } = search;
         let round = round_of_searches(frame, *latest_end);
         let rest = &mut batches[begun..];
-        frame.crew.begin(begun, rest, &round, frame.bodies);
+        frame.executor.begin(begun, rest, &round, frame.bodies);
         let mut back = |batch: &mut Batch| {
             for searched in batch.turns.drain(..) {
                 self.end_search(searched, pairs);
             }
         };
         frame
-            .crew
+            .executor
             .finish(batches, &round, frame.bodies, scratch, &mut back);
     }
 

@@ -6,7 +6,7 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 use punctual::{Clock, Workspace};
 
-pub(crate) trait Crew {
+pub(crate) trait Executor {
     /// Number of threads, including the calling one.
     fn threads(&self) -> usize;
 
@@ -14,7 +14,7 @@ pub(crate) trait Crew {
     fn call(&self);
 
     /// Gives the batches that are not empty to free threads. The first of them has the number
-    /// `first`. They are back after [`Crew::finish`].
+    /// `first`. They are back after [`Executor::finish`].
     fn begin(&self, first: usize, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>);
 
     /// Runs all started batches that no thread has taken, and waits for the others. Passes each to
@@ -44,7 +44,7 @@ pub(crate) trait Crew {
 /// The calling thread alone.
 pub(crate) struct Alone<'c>(pub &'c dyn Clock);
 
-impl Crew for Alone<'_> {
+impl Executor for Alone<'_> {
     fn threads(&self) -> usize {
         1
     }
@@ -82,7 +82,7 @@ mod tests {
     /// Acts as two threads, and records the number of turns of each batch it receives.
     struct Two<'c>(Alone<'c>, RefCell<Vec<usize>>);
 
-    impl Crew for Two<'_> {
+    impl Executor for Two<'_> {
         fn threads(&self) -> usize {
             2
         }
@@ -122,11 +122,14 @@ mod tests {
             .unwrap();
             scene.insert(Body::moving(tree.clone(), pose)).unwrap();
         }
-        let crew = Two(Alone(&clock), RefCell::default());
-        scene.frame(Budget::unlimited(), &clock, &crew);
+        let executor = Two(Alone(&clock), RefCell::default());
+        scene.frame(Budget::unlimited(), &clock, &executor);
         assert!(scene.report().is_final());
-        let dealt = crew.1.into_inner();
-        let (most, all) = (dealt.iter().max().unwrap(), dealt.iter().sum::<usize>());
-        assert!(all > 100 && 4 * most < all, "{dealt:?}");
+        let assigned = executor.1.into_inner();
+        let (most, all) = (
+            assigned.iter().max().unwrap(),
+            assigned.iter().sum::<usize>(),
+        );
+        assert!(all > 100 && 4 * most < all, "{assigned:?}");
     }
 }

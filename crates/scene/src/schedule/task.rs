@@ -14,7 +14,7 @@ const MOST_NEED: f64 = 1000.0;
 
 /// A pair that was not finished when the frame began.
 #[derive(Debug)]
-pub(crate) struct Job {
+pub(crate) struct Task {
     pub key: PairKey,
     /// Its index in the report, and its index in the list of known pairs.
     pub listed: u32,
@@ -34,9 +34,9 @@ pub(crate) struct Job {
     pub open: bool,
 }
 
-impl Job {
-    /// Its turn in a batch, as the job `index` of the frame.
-    pub fn deal(&mut self, index: u32, pairs: &mut Pairs, frame: &Frame) -> Turn {
+impl Task {
+    /// Its turn in a batch, as the task `index` of the frame.
+    pub fn assign(&mut self, index: u32, pairs: &mut Pairs, frame: &Frame) -> Turn {
         self.open = false;
         let mut turn = pairs.take(self.place as usize, frame.number);
         if self.kind == TurnKind::Contacts && turn.state.touch.is_none() {

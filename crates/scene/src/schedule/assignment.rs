@@ -1,7 +1,7 @@
-//! Deals jobs to batches, and takes them back.
+//! Assigns tasks to batches, and takes them back.
 
-use super::job::Job;
 use super::pairs::Pairs;
+use super::task::Task;
 use crate::ask::TurnKind;
 use crate::cost::LEAST_WORK;
 use crate::pair::batch::Batch;
@@ -33,40 +33,41 @@ const PART_WORK: u64 = 1 << 12;
 const LEAST_PARTS: u64 = 8;
 
 /// The usual share of the round robin is the remaining budget divided by this. With less, important
-/// jobs that are dealt to it are more often not reached.
+/// tasks that are assigned to it are more often not reached.
 const ROUND_ROBIN: u64 = 4;
 
-/// The jobs of a round, and the batches that receive them.
-pub(crate) struct Deal<'s> {
-    pub jobs: &'s mut [Job],
+/// The tasks of a round, and the batches that receive them.
+pub(crate) struct Assignment<'s> {
+    pub tasks: &'s mut [Task],
     pub batches: &'s mut [Batch],
     pub pairs: &'s mut Pairs,
     pub frame: &'s Frame<'s>,
-    /// Buffer: sort keys and indices of jobs.
+    /// Buffer: sort keys and indices of tasks.
     pub order: &'s mut Vec<(u64, u32)>,
-    /// The job whose turn it is.
+    /// The task whose turn it is.
     pub first_turn: usize,
-    /// Overhead of a job, as work that a query could do in that time; 0 without a budget of time.
+    /// Overhead of a task, as work that a query could do in that time; 0 without a budget of time.
     pub overhead: u64,
 }
 
-impl Deal<'_> {
-    /// Expected cost of all open jobs.
+impl Assignment<'_> {
+    /// Expected cost of all open tasks.
     pub fn expected(&self) -> u64 {
-        let open = self.jobs.iter().filter(|job| job.open);
-        open.map(|job| u64::from(job.median) + self.overhead).sum()
+        let open = self.tasks.iter().filter(|task| task.open);
+        open.map(|task| u64::from(task.median) + self.overhead)
+            .sum()
     }
 
-    /// Deals the jobs with a stopped run before the others, whose runs would take their places.
+    /// Assigns the tasks with a stopped run before the others, whose runs would take their places.
     pub fn stopped(&mut self) {
-        for index in 0..self.jobs.len() {
-            if self.jobs[index].open && self.jobs[index].home.is_some() {
-                self.deal(index, 0);
+        for index in 0..self.tasks.len() {
+            if self.tasks[index].open && self.tasks[index].home.is_some() {
+                self.assign(index, 0);
             }
         }
     }
 
-    /// Deals all jobs in the order of their turns, in blocks of equal expected cost.
+    /// Assigns all tasks in the order of their turns, in blocks of equal expected cost.
     pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool, threads: usize) {
         let free = timed || left == u64::MAX;
         let blocks = match threads {
@@ -85,7 +86,7 @@ impl Deal<'_> {
         }
     }
 
-    /// Fills the batch of the round robin, then deals the rest by importance and hit probability
+    /// Fills the batch of the round robin, then assigns the rest by importance and hit probability
     /// per cost. `timed` is the number of threads under a budget of time.
     pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
         let turns = reserve.max(left / ROUND_ROBIN);
@@ -95,7 +96,7 @@ impl Deal<'_> {
         } else {
             turns
         };
-        // Some jobs take far more than their medians. Jobs that are not reached would have to wait,
+        // Some tasks take far more than their medians. Tasks that are not reached would have to wait,
         // however important.
         self.turns(turns / 2, |_| 0);
         (self.batches[0].budget, self.batches[0].looks_ahead) = (turns, false);
@@ -104,12 +105,12 @@ impl Deal<'_> {
             Some(threads) => threads.clamp(1, BATCHES - 1),
             None => (left / BATCH_WORK).clamp(1, BATCHES as u64 - 1) as usize,
         };
-        // Expected costs may be too high, so twice as many jobs as fit are dealt.
+        // Expected costs may be too high, so twice as many tasks as fit are assigned.
         let ready = 2 * (left - turns);
         self.order_by_rank(ready);
         let mut before = 0;
-        for dealt in 0..self.order.len() {
-            before += self.deal(self.order[dealt].1 as usize, 1 + dealt % others);
+        for assigned in 0..self.order.len() {
+            before += self.assign(self.order[assigned].1 as usize, 1 + assigned % others);
             if before >= ready {
                 break;
             }
@@ -130,17 +131,17 @@ impl Deal<'_> {
         }
     }
 
-    /// Sorts the open jobs by rank, as far as `work` suffices.
+    /// Sorts the open tasks by rank, as far as `work` suffices.
     fn order_by_rank(&mut self, work: u64) {
         self.order.clear();
         let (mut expected, mut counted) = (0, 0);
-        for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
-            // Contact jobs cost many times as much as others, and are rarely the first.
-            if job.kind != TurnKind::Contacts {
-                expected += u64::from(job.median) + self.overhead;
+        for (task, index) in self.tasks.iter().zip(0..).filter(|(task, _)| task.open) {
+            // Contact tasks cost many times as much as others, and are rarely the first.
+            if task.kind != TurnKind::Contacts {
+                expected += u64::from(task.median) + self.overhead;
                 counted += 1;
             }
-            self.order.push((job.rank, index));
+            self.order.push((task.rank, index));
         }
         let mean = expected / counted.max(1);
         let enough = usize::try_from(2 * work / mean.max(1)).unwrap_or(usize::MAX);
@@ -151,62 +152,62 @@ impl Deal<'_> {
         self.order.sort_unstable();
     }
 
-    /// Deals open jobs in the order of their turns until `work` is expected to be spent. `batch`
-    /// returns the batch for a job from the expected work before it.
+    /// Assigns open tasks in the order of their turns until `work` is expected to be spent. `batch`
+    /// returns the batch for a task from the expected work before it.
     fn turns(&mut self, work: u64, batch: impl Fn(u64) -> usize) {
         let mut before = 0;
         // By key, from the cursor on and around.
-        for at in (self.first_turn..self.jobs.len()).chain(0..self.first_turn) {
+        for at in (self.first_turn..self.tasks.len()).chain(0..self.first_turn) {
             if before >= work {
                 break;
             }
-            if self.jobs[at].open {
-                before += self.deal(at, batch(before));
+            if self.tasks[at].open {
+                before += self.assign(at, batch(before));
             }
         }
     }
 
-    /// Puts a job into the batch that holds its stopped run, or else into `batch`. If that is full,
-    /// the job waits for the next round. Returns the expected work, including overhead.
-    fn deal(&mut self, index: usize, batch: usize) -> u64 {
-        let job = &mut self.jobs[index];
-        let batch = &mut self.batches[job.home.take().map_or(batch, usize::from)];
+    /// Puts a task into the batch that holds its stopped run, or else into `batch`. If that is full,
+    /// the task waits for the next round. Returns the expected work, including overhead.
+    fn assign(&mut self, index: usize, batch: usize) -> u64 {
+        let task = &mut self.tasks[index];
+        let batch = &mut self.batches[task.home.take().map_or(batch, usize::from)];
         if batch.is_full() {
             return 0;
         }
         batch
             .turns
-            .push(job.deal(index as u32, self.pairs, self.frame));
-        u64::from(job.median) + self.overhead
+            .push(task.assign(index as u32, self.pairs, self.frame));
+        u64::from(task.median) + self.overhead
     }
 }
 
-/// Takes jobs back from a batch and reports their results. Returns the number of finished jobs.
+/// Takes tasks back from a batch and reports their results. Returns the number of finished tasks.
 pub(crate) fn take_back(
     batch: &mut Batch,
-    jobs: &mut [Job],
+    tasks: &mut [Task],
     frame: &Frame,
     pairs: &mut Pairs,
     report: &mut Report,
 ) -> usize {
     let mut ended = 0;
     for turn in batch.turns.drain(..) {
-        let job = &mut jobs[turn.index as usize];
-        job.teaches |= turn.teaches;
-        job.open = turn.next.is_some();
-        ended += usize::from(!job.open);
+        let task = &mut tasks[turn.index as usize];
+        task.teaches |= turn.teaches;
+        task.open = turn.next.is_some();
+        ended += usize::from(!task.open);
         let is_begun = turn.spent.work > 0;
-        if let Some(next) = turn.next.filter(|&next| is_begun || next != job.kind) {
-            job.ask(next, frame, &turn);
+        if let Some(next) = turn.next.filter(|&next| is_begun || next != task.kind) {
+            task.ask(next, frame, &turn);
         }
-        report.note(job.listed as usize, turn.standing, turn.spent);
+        report.note(task.listed as usize, turn.standing, turn.spent);
         let mut state = turn.state;
         if turn.standing.verdict == Verdict::Separated
             && let Some(touch) = state.touch.take()
         {
             pairs.touches.take_back(touch);
         }
-        pairs.put_back(job.place as usize, state, turn.known);
+        pairs.put_back(task.place as usize, state, turn.known);
     }
     ended
 }
