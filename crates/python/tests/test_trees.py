@@ -134,7 +134,7 @@ def test_scaled_and_mirrored_trees(ball, tmp_path):
     file = tmp_path / "one.obj"
     file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 2\nf 1 2 3\n")
     assert punctual3d.Tree.load(file, scale=(1, 1, -1)).vertices[2].tolist() == [0, 1, -2]
-    with pytest.raises(ValueError, match="scale nan, must be finite and not 0"):
+    with pytest.raises(ValueError, match="scale NaN, must be finite and not 0"):
         punctual3d.Tree.load(file, scale=(1, 1, float("nan")))
 
 
