@@ -58,10 +58,11 @@ impl Group {
         ceiling: f64::INFINITY,
     };
 
-    fn forget(&mut self, key: PairKey) {
-        self.keys.retain(|&other| other != key);
-        self.nearest = self.nearest.filter(|&nearest| nearest != key);
-        self.closest = self.closest.filter(|&(closest, ..)| closest != key);
+    fn forget(&mut self, body: u32) {
+        let stays = |key| !bodies_of(key).contains(&body);
+        self.keys.retain(|&key| stays(key));
+        self.nearest = self.nearest.filter(|&nearest| stays(nearest));
+        self.closest = self.closest.filter(|&(closest, ..)| stays(closest));
     }
 }
 
@@ -166,13 +167,8 @@ impl DistanceRequests {
             ..
         } = self;
         pairs.retain(|&key, _| !bodies_of(key).contains(&body));
-        of_groups.retain(|&(key, number, _)| {
-            let stays = !bodies_of(key).contains(&body);
-            if !stays {
-                groups[number as usize].forget(key);
-            }
-            stays
-        });
+        of_groups.retain(|&(key, ..)| !bodies_of(key).contains(&body));
+        groups.iter_mut().for_each(|group| group.forget(body));
     }
 
     pub fn has_body(&self, body: u32) -> bool {
