@@ -310,7 +310,7 @@ impl Tree {
     }
 
     /// Factor by which refits have loosened the boxes since the build, 1 after it. Queries take about its square root as
-    /// long as those of a new tree; build one from about 2 on, if more than a few hundred are to come.
+    /// long as those of a new tree. A build takes as long as seven to ten refits.
     #[getter]
     fn degradation(&self) -> f32 {
         self.arc.degradation()

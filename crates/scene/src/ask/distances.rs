@@ -300,20 +300,21 @@ impl Bodies {
         if group.closest.is_some() {
             return true;
         }
-        let (mut next, mut nearest, mut ceiling) = (group.next, group.nearest, group.ceiling);
-        let mut left = group.keys.len();
-        while left > 0 && deadline.has_room(WORK_PER_PAIR_APART) {
+        let (from, count) = (group.next, group.keys.len());
+        let (mut seen, mut nearest, mut ceiling) = (0, group.nearest, group.ceiling);
+        while seen < count && deadline.has_room(WORK_PER_PAIR_APART) {
             deadline.spend(WORK_PER_PAIR_APART);
-            let key = group.keys[next % group.keys.len()];
-            (next, left) = (next % group.keys.len() + 1, left - 1);
+            let key = group.keys[(from + seen) % count];
+            seen += 1;
             let span = self.span(key);
             if span < ceiling {
                 (nearest, ceiling) = (Some(key), span);
             }
         }
         let group = &mut self.distance_requests.groups[number];
-        (group.next, group.nearest, group.ceiling) = (next, nearest, ceiling);
-        left == 0
+        group.next = (from + seen).checked_rem(count).unwrap_or(0);
+        (group.nearest, group.ceiling) = (nearest, ceiling);
+        seen == count
     }
 
     /// Upper bound of the distance of two bodies, from their boxes; infinite if they may not meet.
