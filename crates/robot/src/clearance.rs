@@ -10,7 +10,7 @@ use punctual::glam::DVec3;
 use crate::call::Call;
 use crate::checker::Outcome;
 use crate::order::BOX_WORK;
-use crate::world::{Pair, World};
+use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
 
 /// The pairs of shapes that count.
@@ -95,8 +95,8 @@ impl Clearance {
 /// distance above the margin, in the order of numbers, the pair, and whether boxes gave the bound.
 pub(crate) type Bounds = BinaryHeap<Reverse<(i64, u32, bool)>>;
 
-fn bound(gap: f64, (number, pair): (u32, &Pair), by_boxes: bool) -> Reverse<(i64, u32, bool)> {
-    Reverse((ordered(gap.max(-pair.margin)), number, by_boxes))
+fn bound(gap: f64, number: u32, by_boxes: bool) -> Reverse<(i64, u32, bool)> {
+    Reverse((ordered(gap), number, by_boxes))
 }
 
 /// The bits of a number, such that greater numbers have greater bits.
@@ -135,25 +135,27 @@ impl Checker {
     }
 }
 
-impl Call<'_> {
+impl Call<'_, '_> {
     pub fn clearance(
         mut self,
         configuration: &[f64],
         options: &ClearanceOptions,
     ) -> Outcome<Clearance> {
-        let low = -self.world.widest;
+        let reaches = self.world.tracks.iter().map(|track| track.reach_at(0.0));
+        let low = -(self.world.widest + reaches.fold(0.0, f64::max));
         let mut found = Clearance {
             low,
             ..Clearance::UNKNOWN
         };
         let mut bounds = std::mem::take(&mut self.room.bounds);
-        let end = self.put(configuration).and_then(|()| {
+        let end = self.put(configuration, 0.0).and_then(|()| {
             bounds.clear();
             for number in 0..self.world.pairs.len() as u32 {
                 if counts(self.world, number, options.scope) {
                     let pair = &self.world.pairs[number as usize];
-                    let gap = self.room.placement.sphere_gap(pair);
-                    bounds.push(bound(gap, (number, pair), false));
+                    let placement = &self.room.placement;
+                    let gap = placement.sphere_gap(pair).max(-placement.margin(pair));
+                    bounds.push(bound(gap, number, false));
                 }
             }
             found.low = f64::INFINITY;
@@ -187,7 +189,7 @@ impl Call<'_> {
                 self.pay(BOX_WORK)?;
                 let gap = gap.max(self.room.placement.box_gap(pair, shapes, &b_in_a));
                 bounds.pop();
-                bounds.push(bound(gap, (number, pair), true));
+                bounds.push(bound(gap, number, true));
                 continue;
             }
             let band = shapes[0].band + shapes[1].band;
@@ -215,20 +217,21 @@ impl Call<'_> {
         least: f64,
     ) -> (Measured, Result<(), StopReason>) {
         let (pair, shapes, b_in_a) = self.pair(number);
+        let margin = self.room.placement.margin(pair);
         let mut found = Measured {
-            low: -pair.margin,
-            high: -pair.margin,
+            low: -margin,
+            high: -margin,
             points: [DVec3::ZERO; 2],
         };
         if self.holds_part(shapes, &b_in_a) {
             return (found, Ok(()));
         }
-        let ceiling = least + pair.margin;
+        let ceiling = least + margin;
         let (measured, end) = self.distance(number, |query| {
             query.absolute_tolerance(tolerance).below(ceiling)
         });
-        found.low = above(measured.low, pair.margin, f64::next_down);
-        found.high = above(measured.high, pair.margin, f64::next_up);
+        found.low = above(measured.low, margin, f64::next_down);
+        found.high = above(measured.high, margin, f64::next_up);
         if let Some(nearest) = measured.nearest {
             let place = self.room.placement.shape(self.world, pair.a);
             found.points = nearest.points.map(|p| place.transform_point3(p));

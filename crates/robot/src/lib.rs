@@ -63,6 +63,8 @@ mod near;
 mod order;
 mod placement;
 mod shape;
+mod track;
+mod trajectory;
 mod transform;
 #[cfg(feature = "urdf")]
 mod urdf;
@@ -72,10 +74,12 @@ pub use checker::{Checker, Collision, Outcome};
 pub use clearance::{Clearance, ClearanceOptions, Scope};
 pub use edge::{Edge, EdgeAnswer, EdgeOptions};
 pub use error::RobotError;
-pub use horizon::{braking_time, safe_speed};
+pub use horizon::{Ahead, Horizon, braking_time, safe_speed};
 pub use margin::Margin;
 pub use model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model};
 pub use shape::{CYLINDER_SIDES, Shape};
+pub use track::Track;
+pub use trajectory::Trajectory;
 #[cfg(feature = "urdf")]
 pub use urdf::UrdfOptions;
 pub use world::ShapeId;
