@@ -1,6 +1,6 @@
-//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon [REPETITIONS]]`, with
-//! the files of one robot:
-//! `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
+//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon|cycles
+//! [REPETITIONS]]`, with the files of one robot: `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`,
+//! `labels.csv`, `clearance.csv`, `edges.csv`.
 
 use std::error::Error;
 use std::path::Path;
@@ -8,10 +8,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
+use punctual::glam::DMat3;
 use punctual::{Budget, Pose};
 use punctual_robot::{
-    Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Margin, Model, Shape,
-    UrdfOptions,
+    Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Horizon, Margin, Model, Shape,
+    Track, Trajectory, UrdfOptions, braking_time, safe_speed,
 };
 
 type Table = Vec<Vec<String>>;
@@ -143,6 +144,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if asks("horizon") {
         horizon(&mut checker, &configs[..2000])?;
     }
+    if asks("cycles") {
+        cycles(&checker, &configs[..2000])?;
+    }
     Ok(())
 }
 
@@ -172,5 +176,78 @@ fn horizon(checker: &mut Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Er
         at(0.99),
         at(1.0)
     );
+    Ok(())
+}
+
+/// A controller at 1 kHz with 200 us a cycle, on lines at up to 2 rad/s, with and without three
+/// balls that cross the cell at 1 m/s: cycles in which it is proven for the balls of now that it
+/// may go on, and those in which it must brake harder than it can. Against one that asks anew in
+/// each cycle.
+fn cycles(checker: &Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Error>> {
+    const CYCLE: f64 = 0.001;
+    for (balls, budget) in [(0, 200), (0, 1_000_000), (3, 200), (3, 1_000_000)] {
+        let mut checker = checker.clone();
+        let mut places = Vec::new();
+        for i in 0..balls {
+            let turn = f64::from(i) * 2.1;
+            let at = [0.9 * turn.cos(), 0.9 * turn.sin(), 0.3 + 0.2 * f64::from(i)];
+            let pose = Pose::new(DMat3::IDENTITY, at)?;
+            places.push((checker.add("ball", pose, Shape::sphere(0.08)?)?, at));
+        }
+        let (mut moved, mut proven, mut harder, mut cycles) = (0, 0, 0, 0);
+        let (mut fresh_moved, mut fresh_harder, mut times) = (0, 0, Vec::new());
+        let budget = Budget::time(Duration::from_micros(budget));
+        for (q, next) in configs.iter().zip(&configs[1..]).step_by(20) {
+            let ways = q.iter().zip(next).map(|(a, b)| b - a);
+            let fastest = ways.clone().fold(0f64, |most, way| most.max(way.abs()));
+            let velocity: Vec<f64> = ways.map(|way| way * 2.0 / fastest).collect();
+            if checker.collide(q, Budget::unlimited())?.value != Collision::Free {
+                continue;
+            }
+            let braking = braking_time(&velocity, &vec![10.0; q.len()]);
+            let change = CYCLE / braking + 1e-9;
+            let mut plan = Trajectory::default();
+            plan.push(fastest / 2.0, &[q, &velocity])?;
+            let mut horizon = Horizon::new(CYCLE, braking)?;
+            let (mut speed, mut new) = (0.0, Some(&plan));
+            let (mut at, mut fresh) = (0.0, 0.0);
+            for cycle in 0..600 {
+                let now = CYCLE * f64::from(cycle);
+                for (id, [x, y, z]) in &places {
+                    let velocity = [-x, -y, 0.0];
+                    let at = [x - now * x, y - now * y, *z];
+                    let track =
+                        Track::velocity(&Pose::new(DMat3::IDENTITY, at)?, velocity, [0.0; 3]);
+                    checker.move_along(*id, track?)?;
+                }
+                let start = Instant::now();
+                let ahead = horizon.step(&mut checker, new.take(), budget)?.value;
+                times.push(start.elapsed());
+                let is_moving = speed > 0.0 || ahead.speed > 0.0;
+                moved += u32::from(is_moving);
+                proven += u32::from(is_moving && ahead.since == 0);
+                harder += u32::from(ahead.speed < speed - change);
+                cycles += 1;
+                speed = ahead.speed;
+                // Another one, that keeps nothing but its speed.
+                let ahead = checker
+                    .horizon(&plan.at(at), &velocity, braking, budget)?
+                    .value;
+                let allowed = safe_speed(ahead.free_until, CYCLE, braking);
+                let is_harder = allowed < fresh - change && at < plan.seconds();
+                fresh_moved += u32::from(fresh > 0.0);
+                fresh_harder += u32::from(is_harder);
+                fresh = allowed.min(fresh + change);
+                at += fresh * CYCLE;
+            }
+        }
+        times.sort_unstable();
+        let at = |share: f64| times[(share * (times.len() - 1) as f64) as usize];
+        println!(
+            "{balls} balls, {budget:?}: moved in {moved} of {cycles} cycles, proven anew in {proven}, braked too hard in {harder}; {:?} median, {:?} at 99 %; asked anew: moved {fresh_moved}, too hard {fresh_harder}",
+            at(0.5),
+            at(0.99),
+        );
+    }
     Ok(())
 }

@@ -95,7 +95,8 @@ impl<'c> Call<'c, '_> {
         }
     }
 
-    /// Places the robot, and obstacles that move by themselves at a time. The error is the reason why the call must stop.
+    /// Places the robot, and obstacles that move by themselves at a time. The error is the reason
+    /// why the call must stop.
     pub fn put(&mut self, configuration: &[f64], time: f64) -> Result<(), StopReason> {
         let bodies = self.world.model.bodies.len() as u64 * WORK_PER_BODY;
         self.pay(bodies + (self.world.pairs.len() / PAIRS_PER_WORK) as u64)?;
@@ -154,8 +155,8 @@ impl<'c> Call<'c, '_> {
         (pair, shapes, self.room.placement.b_in_a(self.world, pair))
     }
 
-    /// Decides whether the shapes of a pair are within their margin. The memory is of earlier configurations of the
-    /// same call.
+    /// Decides whether the shapes of a pair are within their margin. The memory is of earlier
+    /// configurations of the same call.
     pub fn meets(&mut self, pair: u32, with_memory: bool) -> Result<bool, StopReason> {
         let (of, [a, b], b_in_a) = self.pair(pair);
         let margin = self.room.placement.margin(of);

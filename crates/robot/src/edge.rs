@@ -1,8 +1,8 @@
-//! A path in joint space, of straight lines or polynomials of time: proven free, in contact, or not known from some time
-//! on.
+//! A path in joint space, of straight lines or polynomials of time: proven free, in contact, or not
+//! known from some time on.
 //!
-//! Its pieces, called lines here, are halved. At the middle of an interval each pair of shapes has a distance. A bound
-//! limits how much of it the motion of half of the interval can use up
+//! Its pieces, called lines here, are halved. At the middle of an interval each pair of shapes has
+//! a distance. A bound limits how much of it the motion of half of the interval can use up
 //! ([`Placement::reach`](crate::placement::Placement)). If the distance is larger, the pair is free
 //! on the whole interval. Otherwise the pair is tested again in both halves. An open interval keeps
 //! the pairs that are not proven on it. So at each moment all of the path is proven, known to be in
@@ -92,8 +92,8 @@ impl EdgeOptions {
 }
 
 /// What is known of a motion, which starts at time 0. Each line of an edge or a path takes
-/// [`EdgeOptions::duration`], by default a time of 1. The times of a trajectory and a horizon are in
-/// seconds.
+/// [`EdgeOptions::duration`], by default a time of 1. The times of a trajectory and a horizon are
+/// in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]

@@ -86,8 +86,8 @@ impl Checker {
 ///
 /// What was proven of the plan stays proven: each cycle goes on from there with what is left of its
 /// budget. The speed of a cycle is the largest from which the robot can still stop within the part
-/// of the plan that is proven. If nothing can be proven, the robot brakes along the plan, at no more
-/// than its deceleration, where it was proven free before.
+/// of the plan that is proven. If nothing can be proven, the robot brakes along the plan, at no
+/// more than its deceleration, where it was proven free before.
 ///
 /// A plan is a motion at full speed. The robot follows it at a share of that speed, 0 to 1, which
 /// changes steadily within a cycle, by no more than `cycle / braking`. Obstacles that move by
@@ -217,8 +217,8 @@ fn take<'c>(deadline: &mut Deadline<'c>) -> Deadline<'c> {
 }
 
 impl Horizon {
-    /// A robot at rest, without a plan, with cycles of this duration, that stops from the full speed
-    /// within `braking` ([`braking_time`]), both in seconds.
+    /// A robot at rest, without a plan, with cycles of this duration, that stops from the full
+    /// speed within `braking` ([`braking_time`]), both in seconds.
     ///
     /// # Errors
     /// [`RobotError::Model`] unless the cycle is above 0, and both are finite and not negative.
@@ -283,7 +283,7 @@ impl Horizon {
             (self.time, found) = (time, None);
         }
         let speed = found.unwrap_or(speeds[0]);
-        let is_proven = self.is_covered(speed) && self.plan.version == checker.world.version;
+        let is_proven = self.is_covered(speed);
         self.since = match found {
             Some(_) => 0,
             None => self.since.saturating_add(1),
@@ -386,8 +386,8 @@ impl Horizon {
         (limit, limit * (1.0 - 1e-9))
     }
 
-    /// How the robot brakes by cycles: the number of those in which its speed falls by the most, and
-    /// the speed at the beginning of the last one, in which it stops.
+    /// How the robot brakes by cycles: the number of those in which its speed falls by the most,
+    /// and the speed at the beginning of the last one, in which it stops.
     fn steps(&self, speed: f64) -> (f64, f64) {
         let (limit, change) = self.limit();
         let cycles = ((speed - limit) / change).ceil().max(0.0);

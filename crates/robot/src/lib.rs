@@ -48,7 +48,8 @@
 
 // A call places the shapes (`placement`) and tests spheres of all pairs at once (`near`). It then
 // tests the remaining pairs in the learned order (`order`): boxes, then an exact query (`call`).
-// Edges (`edge`) and clearances (`clearance`) use the same steps.
+// Edges (`edge`) and clearances (`clearance`) use the same steps. A `Horizon` keeps an edge for
+// what stands still, with a room of its own, and asks about a short one in each cycle for the rest.
 
 mod batch;
 mod call;

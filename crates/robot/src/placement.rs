@@ -182,8 +182,8 @@ impl Placement {
         shape.place
     }
 
-    /// False proves that the shapes are farther apart than their margin: by a sphere around each, or the box of a shape that
-    /// stands still.
+    /// False proves that the shapes are farther apart than their margin: by a sphere around each,
+    /// or the box of a shape that stands still.
     #[inline]
     pub fn is_near(&self, slot: u32) -> bool {
         self.near.is(slot)
@@ -261,12 +261,12 @@ impl Placement {
     ///   because all that lies between has turned rigidly. So present distances suffice, however
     ///   far the joints move.
     /// - The distance covered at the present speed of the joints, plus half of the largest
-    ///   acceleration. That is what the joints' own accelerations give, and what their turns do. The
-    ///   speed is linear in the point, so largest at a corner of the box. The acceleration is the
-    ///   sum over all pairs of joints, also of each with itself, of `m m'` times the axis of the
-    ///   one nearer to the root (none if it slides) times the lever of the other. That lever is at
-    ///   most its `r` and the sum above of the joints after it, for these may have moved the point
-    ///   away from its axis.
+    ///   acceleration. That is what the joints' own accelerations give, and what their turns do.
+    ///   The speed is linear in the point, so largest at a corner of the box. The acceleration is
+    ///   the sum over all pairs of joints, also of each with itself, of `m m'` times the axis of
+    ///   the one nearer to the root (none if it slides) times the lever of the other. That lever is
+    ///   at most its `r` and the sum above of the joints after it, for these may have moved the
+    ///   point away from its axis.
     fn reach_of(&mut self, world: &World, shape: u32, from: u32, moves: &[Move]) -> f64 {
         let Placed { measured, ways, .. } = self.shapes[shape as usize];
         if measured != self.placed {

@@ -110,7 +110,8 @@ impl Trajectory {
         self.width
     }
 
-    pub(crate) fn clear(&mut self) {
+    /// Takes all pieces away, and keeps their memory.
+    pub fn clear(&mut self) {
         self.pieces.clear();
         self.numbers.clear();
     }
