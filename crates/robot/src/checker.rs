@@ -34,9 +34,10 @@ pub struct Outcome<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Collision {
-    /// Proven: no two shapes of a checked pair meet.
+    /// Proven: the shapes of each checked pair are farther apart than their margin
+    /// ([`Checker::set_margin`]), or do not meet if it is 0.
     Free,
-    /// Proven: these shapes meet.
+    /// Proven: these shapes meet, or are no farther apart than their margin.
     Contact([ShapeId; 2]),
     /// The budget ended before the answer was known.
     Undecided,

@@ -110,8 +110,8 @@ struct Interval {
     pairs: [usize; 2],
 }
 
-/// A pair at the middle of an interval: the distance that would prove it on the interval, and a
-/// lower bound of its distance from boxes.
+/// A pair at the middle of an interval: the distance above its margin that would prove it on the
+/// interval, and a lower bound of that distance from boxes.
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     pair: u32,
@@ -348,8 +348,8 @@ impl Run {
         let limit = placement.reach(call.world, asked, &self.moves) + placement.slack;
         if placement.sphere_gap(asked) <= limit {
             call.deadline.spend(BOX_WORK);
-            let (shapes, b_in_a) = call.pair(pair);
-            let gap = call.room.placement.box_gap(shapes, &b_in_a);
+            let (_, shapes, b_in_a) = call.pair(pair);
+            let gap = call.room.placement.box_gap(asked, shapes, &b_in_a);
             if gap <= limit {
                 self.kept.push(Kept { pair, limit, gap });
             }

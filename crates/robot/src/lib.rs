@@ -57,6 +57,7 @@ mod clearance;
 mod edge;
 mod error;
 mod horizon;
+mod margin;
 mod model;
 mod near;
 mod order;
@@ -72,6 +73,7 @@ pub use clearance::{Clearance, ClearanceOptions, Scope};
 pub use edge::{Edge, EdgeAnswer, EdgeOptions};
 pub use error::RobotError;
 pub use horizon::{braking_time, safe_speed};
+pub use margin::Margin;
 pub use model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model};
 pub use shape::{CYLINDER_SIDES, Shape};
 #[cfg(feature = "urdf")]

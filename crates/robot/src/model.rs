@@ -119,6 +119,8 @@ pub(crate) struct PlacedShape {
     pub link: Option<u32>,
     /// Links that an attached obstacle may touch.
     pub touches: SmallVec<[u32; 4]>,
+    /// Margins that it adds to all its pairs, and to those with obstacles.
+    pub margins: [f64; 2],
     pub body: u32,
     /// Frame of the link, or of the world, in the body; and of the shape in the body.
     pub frame: Transform,
@@ -144,6 +146,7 @@ impl PlacedShape {
             name: name.into(),
             link,
             touches: SmallVec::new(),
+            margins: [0.0; 2],
             body,
             frame,
             in_body: frame * from_pose(pose)?,

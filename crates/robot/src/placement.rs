@@ -130,14 +130,19 @@ impl Placement {
     pub fn put(&mut self, world: &World, configuration: &[f64]) {
         world.model.place_bodies(configuration, &mut self.bodies);
         let far = |body: &Transform| body.translation.abs().max_element();
-        let mut size = self.bodies.iter().map(far).fold(self.still_size, f64::max);
+        let mut size = self
+            .bodies
+            .iter()
+            .map(far)
+            .fold(self.still_size.max(world.widest), f64::max);
         for (column, &i) in world.moving.iter().enumerate() {
             let body = &self.bodies[world.shapes[i as usize].body as usize];
             let Placed { centre, sphere, .. } = &mut self.shapes[i as usize];
             let c = body.transform_point3(*centre);
             *sphere = [c.x, c.y, c.z, sphere[3]];
-            size = size.max(c.abs().max_element() + sphere[3]);
-            self.near.put(column, *sphere);
+            let radius = sphere[3] + world.shapes[i as usize].margins.iter().sum::<f64>();
+            size = size.max(c.abs().max_element() + radius);
+            self.near.put(column, [c.x, c.y, c.z, radius]);
         }
         self.slack = SLACK * size;
         self.near.test(size);
@@ -156,15 +161,15 @@ impl Placement {
         shape.place
     }
 
-    /// False proves that the shapes are apart: by a sphere around each, or the box of a shape that
+    /// False proves that the shapes are farther apart than their margin: by a sphere around each, or the box of a shape that
     /// stands still.
     #[inline]
     pub fn is_near(&self, slot: u32) -> bool {
         self.near.is(slot)
     }
 
-    /// A lower bound of the distance, by spheres, or the box of a shape that stands still: may be
-    /// negative.
+    /// A lower bound of what is left of the distance above the margin, by spheres, or the box of a
+    /// shape that stands still.
     pub fn sphere_gap(&self, pair: &Pair) -> f64 {
         let [a, b] = [pair.a, pair.b].map(|i| &self.shapes[i as usize]);
         let ([ax, ay, az, ar], [bx, by, bz, br]) = (a.sphere, b.sphere);
@@ -175,13 +180,14 @@ impl Placement {
             }
             None => (DVec3::new(ax - bx, ay - by, az - bz), ar + br),
         };
-        between.length() - radii - self.slack
+        between.length() - radii - self.slack - pair.margin
     }
 
-    /// A lower bound of the distance, by boxes: may be negative. `b_in_a` is the pose of the pair.
-    pub fn box_gap(&self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> f64 {
+    /// A lower bound of what is left of the distance above the margin, by boxes. `b_in_a` is the
+    /// pose of the pair.
+    pub fn box_gap(&self, pair: &Pair, [a, b]: [&Inner; 2], b_in_a: &Transform) -> f64 {
         let relative = relative(&a.frame, &(*b_in_a * b.frame));
-        box_gap(a.half, b.half, &relative) - self.slack
+        box_gap(a.half, b.half, &relative) - self.slack - pair.margin
     }
 
     #[inline]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::RobotError;
+use crate::margin::Margins;
 use crate::model::{Model, PlacedShape, sorted};
 
 /// A shape of the robot, or an obstacle.
@@ -28,6 +29,8 @@ pub(crate) struct Pair {
     pub slot: u32,
     /// Number of joints above both bodies: they move neither relative to the other.
     pub common: u32,
+    /// Shapes that are no farther apart than this count as in contact.
+    pub margin: f64,
 }
 
 /// Shapes that a filter takes at a time.
@@ -42,6 +45,9 @@ pub(crate) struct World {
     pub pairs: Vec<Pair>,
     /// The shapes that move, by index.
     pub moving: Vec<u32>,
+    pub margins: Margins,
+    /// The largest margin of a pair.
+    pub widest: f64,
     /// Changes with every change of a shape.
     pub version: u64,
 }
@@ -53,6 +59,8 @@ impl World {
             model,
             pairs: Vec::new(),
             moving: Vec::new(),
+            margins: Margins::default(),
+            widest: 0.0,
             version: 1,
         };
         world.pair();
@@ -81,7 +89,8 @@ impl World {
     }
 
     /// Adds a shape, and its pairs behind those there are.
-    pub fn push(&mut self, shape: PlacedShape) {
+    pub fn push(&mut self, mut shape: PlacedShape) {
+        shape.margins = self.margins.of(&self.model, &shape);
         let (new, stride) = (self.shapes.len(), self.stride());
         if shape.body != 0 {
             self.moving.push(new as u32);
@@ -110,14 +119,37 @@ impl World {
             let [x, y] = [a, b].map(|i| self.shapes[i].body);
             let [a, b] = if y == 0 { [b, a] } else { [a, b] };
             let chains = [x, y].map(|body| &self.model.bodies[body as usize].chain);
+            let margin = self.margin([a, b]);
             let common = chains[0].iter().zip(chains[1]).take_while(|(x, y)| x == y);
             self.pairs.push(Pair {
                 a: a as u32,
                 b: b as u32,
                 slot: a as u32 * stride + self.column(b as u32) as u32,
                 common: common.count() as u32,
+                margin,
             });
+            self.widest = self.widest.max(margin);
         }
+    }
+
+    fn margin(&self, pair: [usize; 2]) -> f64 {
+        let shapes = pair.map(|i| &self.shapes[i]);
+        self.margins.of_pair(&self.model, shapes)
+    }
+
+    /// Takes over margins that were set.
+    pub fn measure_margins(&mut self) {
+        for shape in &mut self.shapes {
+            shape.margins = self.margins.of(&self.model, shape);
+        }
+        self.widest = 0.0;
+        for number in 0..self.pairs.len() {
+            let Pair { a, b, .. } = self.pairs[number];
+            let margin = self.margin([a as usize, b as usize]);
+            self.pairs[number].margin = margin;
+            self.widest = self.widest.max(margin);
+        }
+        self.version += 1;
     }
 
     /// Number of the shapes that move, filled up to whole lanes.
