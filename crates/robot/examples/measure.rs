@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 use punctual::glam::DMat3;
-use punctual::{Budget, Pose};
+use punctual::{Budget, Pose, Query, Workspace};
 use punctual_robot::{
-    Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Horizon, Margin, Model, Shape,
-    Track, Trajectory, UrdfOptions, braking_time, safe_speed,
+    Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Horizon, Margin, Model,
+    NearPairs, Shape, Track, Trajectory, UrdfOptions, braking_time, safe_speed,
 };
 
 type Table = Vec<Vec<String>>;
@@ -35,6 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut checker = Checker::new(Arc::clone(&model));
     let mut files: Vec<_> = std::fs::read_dir(dir.join("env"))?.collect::<Result<_, _>>()?;
     files.sort_by_key(|file| file.path());
+    let mut obstacles = Vec::new();
     for file in files {
         let name = file
             .path()
@@ -43,7 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             .to_string_lossy()
             .into_owned();
         let mesh = punctual_io::load(&file.path())?.mesh;
-        checker.add(&name, Pose::IDENTITY, Shape::mesh(mesh))?;
+        let shape = Shape::mesh(mesh);
+        obstacles.push(shape.clone());
+        checker.add(&name, Pose::IDENTITY, shape)?;
     }
     let pairs = table(&dir.join("pairs.csv"))?.len();
     println!("pairs {} of {pairs}", checker.pairs().len());
@@ -143,6 +146,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     if asks("horizon") {
         horizon(&mut checker, &configs[..2000])?;
+    }
+    if asks("pairs") {
+        near_pairs(&mut checker, &obstacles, &configs[..500])?;
     }
     if asks("cycles") {
         cycles(&checker, &configs[..2000])?;
@@ -249,5 +255,56 @@ fn cycles(checker: &Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Error>>
             at(0.99),
         );
     }
+    Ok(())
+}
+
+/// All pairs within 5 cm, with gradients, against a plain loop of distances.
+fn near_pairs(
+    checker: &mut Checker,
+    obstacles: &[Shape],
+    configs: &[Vec<f64>],
+) -> Result<(), Box<dyn Error>> {
+    const WITHIN: f64 = 0.05;
+    let (mut found, options) = (NearPairs::default(), ClearanceOptions::default());
+    let (mut count, mut differ, mut workspace) = (0, 0, Workspace::new());
+    let mut times = [Vec::new(), Vec::new()];
+    for q in configs {
+        let start = ThreadTime::now();
+        let _ = checker.near_pairs(q, WITHIN, &options, Budget::unlimited(), &mut found)?;
+        times[0].push(start.elapsed());
+        count += found.pairs.len();
+        let start = ThreadTime::now();
+        let model = checker.model();
+        let poses = model.link_poses(q)?;
+        let links = model.description().links.iter().zip(poses);
+        let mut shapes: Vec<(Pose, &Shape)> = Vec::new();
+        for (link, pose) in links {
+            for (own, shape) in &link.shapes {
+                shapes.push((pose.compose(own)?, shape));
+            }
+        }
+        shapes.extend(obstacles.iter().map(|shape| (Pose::IDENTITY, shape)));
+        let mut near = 0;
+        for pair in checker.pairs() {
+            let [a, b] = pair.map(|id| &shapes[id.number() as usize]);
+            let b_in_a = a.0.inverse()?.compose(&b.0)?;
+            let query = Query::distance(a.1.surface(), b.1.surface(), b_in_a);
+            let query = query.absolute_tolerance(1e-6);
+            let bounds = query.run(&mut workspace, Budget::unlimited()).value;
+            near += usize::from(bounds.low <= WITHIN);
+        }
+        times[1].push(start.elapsed());
+        differ += near.abs_diff(found.pairs.len());
+    }
+    for (name, times) in ["pairs within 5 cm", "a plain loop"].iter().zip(&mut times) {
+        times.sort_unstable();
+        let mean = times.iter().sum::<Duration>() / times.len() as u32;
+        let [median, late] = [times.len() / 2, times.len() * 95 / 100].map(|i| times[i]);
+        println!("{name}: median {median:?}, mean {mean:?}, 95 % {late:?}");
+    }
+    println!(
+        "{count} pairs in {} configurations, {differ} differ",
+        configs.len()
+    );
     Ok(())
 }

@@ -83,7 +83,7 @@ impl Checker {
     }
 
     /// Works in rounds, each as long as all rounds before it together, within limits.
-    fn batch<T: Send>(
+    pub(crate) fn batch<T: Send>(
         &mut self,
         rows: usize,
         budget: Budget,

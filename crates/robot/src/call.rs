@@ -131,7 +131,7 @@ impl<'c> Call<'c, '_> {
     pub fn find(&mut self, cursor: &mut usize) -> Result<Option<u32>, StopReason> {
         while let Some(&pair) = self.order.get(*cursor) {
             let slot = self.world.pairs[pair as usize].slot;
-            if self.counts(pair) && self.room.placement.is_near(slot) {
+            if self.room.placement.is_near(slot) && self.counts(pair) {
                 let before = self.deadline.done();
                 let met = self.meets(pair, false)?;
                 self.facts[pair as usize].add(&Fact {

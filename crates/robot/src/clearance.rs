@@ -95,7 +95,7 @@ impl Clearance {
 /// distance above the margin, in the order of numbers, the pair, and whether boxes gave the bound.
 pub(crate) type Bounds = BinaryHeap<Reverse<(i64, u32, bool)>>;
 
-fn bound(gap: f64, number: u32, by_boxes: bool) -> Reverse<(i64, u32, bool)> {
+pub(crate) fn bound(gap: f64, number: u32, by_boxes: bool) -> Reverse<(i64, u32, bool)> {
     Reverse((ordered(gap), number, by_boxes))
 }
 
@@ -105,7 +105,7 @@ fn ordered(x: f64) -> i64 {
     if bits < 0 { bits ^ i64::MAX } else { bits }
 }
 
-fn unordered(bits: i64) -> f64 {
+pub(crate) fn unordered(bits: i64) -> f64 {
     f64::from_bits((if bits < 0 { bits ^ i64::MAX } else { bits }) as u64)
 }
 
@@ -141,8 +141,7 @@ impl Call<'_, '_> {
         configuration: &[f64],
         options: &ClearanceOptions,
     ) -> Outcome<Clearance> {
-        let reaches = self.world.tracks.iter().map(|track| track.reach_at(0.0));
-        let low = -(self.world.widest + reaches.fold(0.0, f64::max));
+        let low = -self.world.reach();
         let mut found = Clearance {
             low,
             ..Clearance::UNKNOWN
@@ -210,7 +209,7 @@ impl Call<'_, '_> {
 
     /// Measures what is left of the distance of a pair above its margin, as far as it is less than
     /// `least`.
-    fn measure(
+    pub fn measure(
         &mut self,
         number: u32,
         tolerance: f64,
@@ -245,14 +244,14 @@ impl Call<'_, '_> {
 
 /// What is left of the distance of one pair above its margin, and its closest points in the world,
 /// the lower id first; the origin if one shape holds the other.
-struct Measured {
-    low: f64,
-    high: f64,
-    points: [DVec3; 2],
+pub(crate) struct Measured {
+    pub low: f64,
+    pub high: f64,
+    pub points: [DVec3; 2],
 }
 
 /// True if a pair is in the scope.
-fn counts(world: &World, number: u32, scope: Scope) -> bool {
+pub(crate) fn counts(world: &World, number: u32, scope: Scope) -> bool {
     let a = world.pairs[number as usize].a as usize;
     let with_obstacle = world.shapes[a].body == 0 && a >= world.model.shapes.len();
     match scope {

@@ -224,6 +224,11 @@ impl Value {
         }
     }
 
+    /// The joint of the configuration that it follows, and by which factor.
+    pub fn joint(&self) -> Option<(usize, f64)> {
+        self.of.map(|of| (of, self.multiplier))
+    }
+
     /// How much the value changes with a change of the configuration.
     fn change(&self, of_configuration: &[f64]) -> f64 {
         let of = self.of.and_then(|of| of_configuration.get(of));

@@ -49,6 +49,8 @@ struct Placed {
     centre: DVec3,
     /// How far an obstacle that moves by itself may be from there.
     reach: f64,
+    /// The sum of its own margins.
+    margins: f64,
     sphere: [f64; 4],
     /// If it stands still, its box: rotation back, centre, half extents.
     still: Option<StillBox>,
@@ -69,6 +71,7 @@ impl Placed {
             ways,
             centre,
             reach: 0.0,
+            margins: shape.margins.iter().sum(),
             sphere: [centre.x, centre.y, centre.z, inner.radius],
             still: is_still.then_some((back, frame.translation, inner.half)),
         }
@@ -151,17 +154,12 @@ impl Placement {
         for (column, &i) in world.moving.iter().enumerate() {
             let body = &self.bodies[world.shapes[i as usize].body as usize];
             let shape = &mut self.shapes[i as usize];
-            let track = world.track(world.shapes[i as usize].body);
-            shape.reach = track.map_or(0.0, |track| track.reach_at(time));
-            let Placed {
-                centre,
-                reach,
-                sphere,
-                ..
-            } = shape;
-            let c = body.transform_point3(*centre);
-            *sphere = [c.x, c.y, c.z, sphere[3]];
-            let radius = sphere[3] + world.shapes[i as usize].margins.iter().sum::<f64>() + *reach;
+            if let Some(track) = world.track(world.shapes[i as usize].body) {
+                shape.reach = track.reach_at(time);
+            }
+            let (c, r) = (body.transform_point3(shape.centre), shape.sphere[3]);
+            shape.sphere = [c.x, c.y, c.z, r];
+            let radius = r + shape.margins + shape.reach;
             size = size.max(c.abs().max_element() + radius);
             self.near.put(column, [c.x, c.y, c.z, radius]);
         }
@@ -226,6 +224,30 @@ impl Placement {
     pub fn b_in_a(&mut self, world: &World, pair: &Pair) -> Transform {
         let a = self.shape(world, pair.a);
         relative(&a, &self.shape(world, pair.b))
+    }
+
+    /// Adds how fast a point of a shape moves along a direction, to a row of joints.
+    pub fn add_gradient(
+        &self,
+        world: &World,
+        shape: usize,
+        point: DVec3,
+        along: DVec3,
+        row: &mut [f64],
+    ) {
+        for &body in world.chain(world.shapes[shape].body) {
+            let (at, of) = (
+                &self.bodies[body as usize],
+                &world.model.bodies[body as usize],
+            );
+            let way = match of.motion {
+                Motion::Turn(axis) => (at.matrix3 * axis).cross(point - at.translation),
+                Motion::Slide(axis) => at.matrix3 * axis,
+            };
+            if let Some((joint, factor)) = of.value.joint() {
+                row[joint] += factor * along.dot(way);
+            }
+        }
     }
 
     /// An upper bound of the change in the distance of a pair while the joint of each body moves by

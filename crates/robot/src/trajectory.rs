@@ -156,9 +156,19 @@ impl Trajectory {
         self.numbers[first..last].chunks(self.width.max(1)).rev()
     }
 
+    /// The two rows of a piece that is a straight line.
+    fn line(&self, piece: u32) -> Option<[&[f64]; 2]> {
+        let Piece { first, last, .. } = self.pieces[piece as usize];
+        let (from, ways) = self.numbers[first..last].split_at(self.width);
+        (ways.len() == self.width).then_some([from, ways])
+    }
+
     /// The configuration at a share of a piece.
     pub(crate) fn put(&self, piece: u32, share: f64, out: &mut Vec<f64>) {
         out.clear();
+        if let Some([from, ways]) = self.line(piece) {
+            return out.extend(from.iter().zip(ways).map(|(x, way)| x + share * way));
+        }
         out.resize(self.width, 0.0);
         for row in self.rows(piece) {
             for (value, x) in out.iter_mut().zip(row) {
@@ -232,6 +242,11 @@ impl Trajectory {
     /// The motion of a joint within `half` of a piece about a share of it.
     pub(crate) fn moves(&self, piece: u32, joint: usize, share: f64, half: f64) -> Move {
         let rows = self.rows(piece);
+        if let Some([_, speed]) = self.line(piece) {
+            let way = speed[joint] * half;
+            let (size, bend) = (way.abs(), 0.0);
+            return Move { way, size, bend };
+        }
         let size = rows.clone().map(|row| row[joint].abs()).fold(0.0, f64::max);
         let mut shifted: SmallVec<[f64; 8]> = rows.map(|row| row[joint]).collect();
         shifted.reverse();

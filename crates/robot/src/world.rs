@@ -175,9 +175,16 @@ impl World {
     }
 
     /// The track of a body, if it moves by itself.
+    #[inline]
     pub fn track(&self, body: u32) -> Option<&Track> {
         self.tracks
             .get((body as usize).checked_sub(self.model.bodies.len())?)
+    }
+
+    /// What a distance may be less than 0, once margins and reaches are subtracted.
+    pub fn reach(&self) -> f64 {
+        let reaches = self.tracks.iter().map(|track| track.reach_at(0.0));
+        self.widest + reaches.fold(0.0, f64::max)
     }
 
     /// True for an obstacle that moves with a link.

@@ -8,7 +8,7 @@ use punctual::glam::DMat3;
 use punctual::{Budget, Pose, StopReason, shapes};
 use punctual_robot::{
     Checker, ClearanceOptions, Description, EdgeOptions, Horizon, Joint, JointKind, Link, Model,
-    Shape, Track, Trajectory,
+    NearPairs, Shape, Track, Trajectory,
 };
 
 fn at(x: f64, z: f64) -> Pose {
@@ -49,7 +49,7 @@ fn checker() -> Checker {
     checker
 }
 
-fn ask(checker: &mut Checker, horizon: &mut Horizon, plan: &mut Trajectory) {
+fn ask(checker: &mut Checker, horizon: &mut Horizon, plan: &mut Trajectory, near: &mut NearPairs) {
     for i in 0..60 {
         let angle = |k: f64| (f64::from(i) * k).sin();
         let from = [angle(1.1), angle(2.3), angle(3.7)];
@@ -70,6 +70,10 @@ fn ask(checker: &mut Checker, horizon: &mut Horizon, plan: &mut Trajectory) {
                 from[0], from[1], from[2], to[0], to[1], to[2], 0.0, 0.0, 0.0,
             ];
             let _ = checker.path(&knots, &EdgeOptions::any(), budget).unwrap();
+            let options = ClearanceOptions::default();
+            let _ = checker
+                .near_pairs(&from, 0.3, &options, budget, near)
+                .unwrap();
             plan.clear();
             plan.push(0.4, &[&from, &to]).unwrap();
             let _ = horizon.step(checker, Some(plan), budget).unwrap();
@@ -88,7 +92,8 @@ fn ask(checker: &mut Checker, horizon: &mut Horizon, plan: &mut Trajectory) {
 fn warm_calls_do_not_allocate() {
     let (mut checker, mut plan) = (checker(), Trajectory::default());
     let mut horizon = Horizon::new(0.001, 0.1).unwrap();
-    ask(&mut checker, &mut horizon, &mut plan);
-    let mut again = || ask(&mut checker, &mut horizon, &mut plan);
+    let mut near = NearPairs::default();
+    ask(&mut checker, &mut horizon, &mut plan, &mut near);
+    let mut again = || ask(&mut checker, &mut horizon, &mut plan, &mut near);
     assert_eq!(allocator_calls(&mut again), 0);
 }
