@@ -64,15 +64,28 @@ impl Room {
     }
 }
 
-pub(crate) struct Call<'c> {
+pub(crate) struct Call<'c, 'k> {
     pub world: &'c World,
     pub order: &'c [u32],
     pub facts: &'c mut [Fact],
     pub room: &'c mut Room,
-    pub deadline: Deadline<'c>,
+    pub deadline: Deadline<'k>,
+    /// The pairs that count.
+    pub pairs: Counted,
 }
 
-impl<'c> Call<'c> {
+/// Which pairs count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Counted {
+    #[default]
+    All,
+    /// Those of shapes that move with the robot or stand still.
+    Still,
+    /// Those with obstacles that move by themselves.
+    Timed,
+}
+
+impl<'c> Call<'c, '_> {
     pub fn outcome<T>(&mut self, value: T, end: Result<(), StopReason>) -> Outcome<T> {
         Outcome {
             value,
@@ -82,12 +95,23 @@ impl<'c> Call<'c> {
         }
     }
 
-    /// Places the robot. The error is the reason why the call must stop.
-    pub fn put(&mut self, configuration: &[f64]) -> Result<(), StopReason> {
+    /// Places the robot, and obstacles that move by themselves at a time. The error is the reason
+    /// why the call must stop.
+    pub fn put(&mut self, configuration: &[f64], time: f64) -> Result<(), StopReason> {
         let bodies = self.world.model.bodies.len() as u64 * WORK_PER_BODY;
         self.pay(bodies + (self.world.pairs.len() / PAIRS_PER_WORK) as u64)?;
-        self.room.placement.put(self.world, configuration);
+        self.room.placement.put(self.world, configuration, time);
         Ok(())
+    }
+
+    /// True if a pair counts.
+    pub fn counts(&self, pair: u32) -> bool {
+        let is_timed = self.world.pairs[pair as usize].is_timed;
+        match self.pairs {
+            Counted::All => true,
+            Counted::Still => !is_timed,
+            Counted::Timed => is_timed,
+        }
     }
 
     /// Pays for work outside of queries; an error if there is no room for it.
@@ -107,7 +131,7 @@ impl<'c> Call<'c> {
     pub fn find(&mut self, cursor: &mut usize) -> Result<Option<u32>, StopReason> {
         while let Some(&pair) = self.order.get(*cursor) {
             let slot = self.world.pairs[pair as usize].slot;
-            if self.room.placement.is_near(slot) {
+            if self.room.placement.is_near(slot) && self.counts(pair) {
                 let before = self.deadline.done();
                 let met = self.meets(pair, false)?;
                 self.facts[pair as usize].add(&Fact {
@@ -131,11 +155,11 @@ impl<'c> Call<'c> {
         (pair, shapes, self.room.placement.b_in_a(self.world, pair))
     }
 
-    /// Decides whether the shapes of a pair are within their margin. The memory is of earlier configurations of the
-    /// same call.
+    /// Decides whether the shapes of a pair are within their margin. The memory is of earlier
+    /// configurations of the same call.
     pub fn meets(&mut self, pair: u32, with_memory: bool) -> Result<bool, StopReason> {
         let (of, [a, b], b_in_a) = self.pair(pair);
-        let margin = of.margin;
+        let margin = self.room.placement.margin(of);
         // Boxes that overlap by more than the margin mostly hold surfaces that intersect, which is
         // decided in less time than the distance.
         let mut may_intersect = margin == 0.0;
@@ -189,7 +213,8 @@ impl<'c> Call<'c> {
     /// Decides whether more than this is left of the distance of a pair's surfaces above their
     /// margin.
     pub fn is_farther(&mut self, pair: u32, left: f64) -> Result<bool, StopReason> {
-        let limit = self.world.pairs[pair as usize].margin + left;
+        let of = &self.world.pairs[pair as usize];
+        let limit = self.room.placement.margin(of) + left;
         let (bounds, end) = self.distance(pair, |query| query.closer_than(limit));
         end.map(|()| bounds.closer == Some(false))
     }

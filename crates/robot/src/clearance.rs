@@ -10,7 +10,7 @@ use punctual::glam::DVec3;
 use crate::call::Call;
 use crate::checker::Outcome;
 use crate::order::BOX_WORK;
-use crate::world::{Pair, World};
+use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
 
 /// The pairs of shapes that count.
@@ -95,8 +95,8 @@ impl Clearance {
 /// distance above the margin, in the order of numbers, the pair, and whether boxes gave the bound.
 pub(crate) type Bounds = BinaryHeap<Reverse<(i64, u32, bool)>>;
 
-fn bound(gap: f64, (number, pair): (u32, &Pair), by_boxes: bool) -> Reverse<(i64, u32, bool)> {
-    Reverse((ordered(gap.max(-pair.margin)), number, by_boxes))
+pub(crate) fn bound(gap: f64, number: u32, by_boxes: bool) -> Reverse<(i64, u32, bool)> {
+    Reverse((ordered(gap), number, by_boxes))
 }
 
 /// The bits of a number, such that greater numbers have greater bits.
@@ -105,7 +105,7 @@ fn ordered(x: f64) -> i64 {
     if bits < 0 { bits ^ i64::MAX } else { bits }
 }
 
-fn unordered(bits: i64) -> f64 {
+pub(crate) fn unordered(bits: i64) -> f64 {
     f64::from_bits((if bits < 0 { bits ^ i64::MAX } else { bits }) as u64)
 }
 
@@ -135,25 +135,26 @@ impl Checker {
     }
 }
 
-impl Call<'_> {
+impl Call<'_, '_> {
     pub fn clearance(
         mut self,
         configuration: &[f64],
         options: &ClearanceOptions,
     ) -> Outcome<Clearance> {
-        let low = -self.world.widest;
+        let low = -self.world.reach();
         let mut found = Clearance {
             low,
             ..Clearance::UNKNOWN
         };
         let mut bounds = std::mem::take(&mut self.room.bounds);
-        let end = self.put(configuration).and_then(|()| {
+        let end = self.put(configuration, 0.0).and_then(|()| {
             bounds.clear();
             for number in 0..self.world.pairs.len() as u32 {
                 if counts(self.world, number, options.scope) {
                     let pair = &self.world.pairs[number as usize];
-                    let gap = self.room.placement.sphere_gap(pair);
-                    bounds.push(bound(gap, (number, pair), false));
+                    let placement = &self.room.placement;
+                    let gap = placement.sphere_gap(pair).max(-placement.margin(pair));
+                    bounds.push(bound(gap, number, false));
                 }
             }
             found.low = f64::INFINITY;
@@ -187,7 +188,7 @@ impl Call<'_> {
                 self.pay(BOX_WORK)?;
                 let gap = gap.max(self.room.placement.box_gap(pair, shapes, &b_in_a));
                 bounds.pop();
-                bounds.push(bound(gap, (number, pair), true));
+                bounds.push(bound(gap, number, true));
                 continue;
             }
             let band = shapes[0].band + shapes[1].band;
@@ -208,27 +209,28 @@ impl Call<'_> {
 
     /// Measures what is left of the distance of a pair above its margin, as far as it is less than
     /// `least`.
-    fn measure(
+    pub fn measure(
         &mut self,
         number: u32,
         tolerance: f64,
         least: f64,
     ) -> (Measured, Result<(), StopReason>) {
         let (pair, shapes, b_in_a) = self.pair(number);
+        let margin = self.room.placement.margin(pair);
         let mut found = Measured {
-            low: -pair.margin,
-            high: -pair.margin,
+            low: -margin,
+            high: -margin,
             points: [DVec3::ZERO; 2],
         };
         if self.holds_part(shapes, &b_in_a) {
             return (found, Ok(()));
         }
-        let ceiling = least + pair.margin;
+        let ceiling = least + margin;
         let (measured, end) = self.distance(number, |query| {
             query.absolute_tolerance(tolerance).below(ceiling)
         });
-        found.low = above(measured.low, pair.margin, f64::next_down);
-        found.high = above(measured.high, pair.margin, f64::next_up);
+        found.low = above(measured.low, margin, f64::next_down);
+        found.high = above(measured.high, margin, f64::next_up);
         if let Some(nearest) = measured.nearest {
             let place = self.room.placement.shape(self.world, pair.a);
             found.points = nearest.points.map(|p| place.transform_point3(p));
@@ -242,14 +244,14 @@ impl Call<'_> {
 
 /// What is left of the distance of one pair above its margin, and its closest points in the world,
 /// the lower id first; the origin if one shape holds the other.
-struct Measured {
-    low: f64,
-    high: f64,
-    points: [DVec3; 2],
+pub(crate) struct Measured {
+    pub low: f64,
+    pub high: f64,
+    pub points: [DVec3; 2],
 }
 
 /// True if a pair is in the scope.
-fn counts(world: &World, number: u32, scope: Scope) -> bool {
+pub(crate) fn counts(world: &World, number: u32, scope: Scope) -> bool {
     let a = world.pairs[number as usize].a as usize;
     let with_obstacle = world.shapes[a].body == 0 && a >= world.model.shapes.len();
     match scope {

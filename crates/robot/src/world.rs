@@ -1,10 +1,13 @@
 //! The shapes of the robot and of its surroundings, and the pairs of them that are checked.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::RobotError;
 use crate::margin::Margins;
 use crate::model::{Model, PlacedShape, sorted};
+use crate::track::Track;
+use crate::transform::Transform;
 
 /// A shape of the robot, or an obstacle.
 ///
@@ -31,10 +34,18 @@ pub(crate) struct Pair {
     pub common: u32,
     /// Shapes that are no farther apart than this count as in contact.
     pub margin: f64,
+    /// True if one of them is an obstacle that moves by itself.
+    pub is_timed: bool,
 }
 
 /// Shapes that a filter takes at a time.
 pub(crate) const LANES: usize = 8;
+
+/// A version that no world has had.
+pub(crate) fn next_version() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
+}
 
 /// What all threads share.
 #[derive(Clone, Debug)]
@@ -43,12 +54,15 @@ pub(crate) struct World {
     /// The shapes of the robot, then the obstacles, by ascending ids.
     pub shapes: Vec<PlacedShape>,
     pub pairs: Vec<Pair>,
+    /// The ways of obstacles that move by themselves: their bodies follow those of the model.
+    pub tracks: Vec<Track>,
     /// The shapes that move, by index.
     pub moving: Vec<u32>,
     pub margins: Margins,
     /// The largest margin of a pair.
     pub widest: f64,
-    /// Changes with every change of a shape.
+    /// Another one after every change of a shape, a pair or a margin. No two worlds have the same
+    /// one, unless one is a clone of the other.
     pub version: u64,
 }
 
@@ -58,10 +72,11 @@ impl World {
             shapes: model.shapes.clone(),
             model,
             pairs: Vec::new(),
+            tracks: Vec::new(),
             moving: Vec::new(),
             margins: Margins::default(),
             widest: 0.0,
-            version: 1,
+            version: next_version(),
         };
         world.pair();
         world
@@ -96,7 +111,7 @@ impl World {
             self.moving.push(new as u32);
         }
         self.shapes.push(shape);
-        self.version += 1;
+        self.version = next_version();
         if self.stride() == stride {
             self.pair_with_earlier(new);
         } else {
@@ -118,7 +133,7 @@ impl World {
             }
             let [x, y] = [a, b].map(|i| self.shapes[i].body);
             let [a, b] = if y == 0 { [b, a] } else { [a, b] };
-            let chains = [x, y].map(|body| &self.model.bodies[body as usize].chain);
+            let chains = [x, y].map(|body| self.chain(body));
             let margin = self.margin([a, b]);
             let common = chains[0].iter().zip(chains[1]).take_while(|(x, y)| x == y);
             self.pairs.push(Pair {
@@ -127,6 +142,7 @@ impl World {
                 slot: a as u32 * stride + self.column(b as u32) as u32,
                 common: common.count() as u32,
                 margin,
+                is_timed: [x, y].iter().any(|&body| self.track(body).is_some()),
             });
             self.widest = self.widest.max(margin);
         }
@@ -149,7 +165,58 @@ impl World {
             self.pairs[number].margin = margin;
             self.widest = self.widest.max(margin);
         }
-        self.version += 1;
+        self.version = next_version();
+    }
+
+    /// The moving joints from the root to a body.
+    pub fn chain(&self, body: u32) -> &[u32] {
+        let body = self.model.bodies.get(body as usize);
+        body.map_or(&[], |body| &body.chain)
+    }
+
+    /// The track of a body, if it moves by itself.
+    #[inline]
+    pub fn track(&self, body: u32) -> Option<&Track> {
+        self.tracks
+            .get((body as usize).checked_sub(self.model.bodies.len())?)
+    }
+
+    /// What a distance may be less than 0, once margins and reaches are subtracted.
+    pub fn reach(&self) -> f64 {
+        let reaches = self.tracks.iter().map(|track| track.reach_at(0.0));
+        self.widest + reaches.fold(0.0, f64::max)
+    }
+
+    /// True for an obstacle that moves with a link.
+    pub fn is_attached(&self, at: usize) -> bool {
+        !self.chain(self.shapes[at].body).is_empty()
+    }
+
+    /// Sets or takes the track of an obstacle in the world. True if the pairs are listed anew.
+    pub fn set_track(&mut self, at: usize, track: Option<Track>) -> bool {
+        let (body, own) = (self.shapes[at].body, self.model.bodies.len());
+        let old = (body as usize).checked_sub(own);
+        match (old, track) {
+            (None, None) => return false,
+            (Some(old), Some(track)) => {
+                self.tracks[old] = track;
+                return false;
+            }
+            (None, Some(track)) => {
+                self.shapes[at].body = (own + self.tracks.len()) as u32;
+                self.shapes[at].in_body = Transform::IDENTITY;
+                self.tracks.push(track);
+            }
+            (Some(old), None) => {
+                self.tracks.remove(old);
+                let later = self.shapes.iter_mut().filter(|shape| shape.body > body);
+                later.for_each(|shape| shape.body -= 1);
+                self.shapes[at].body = 0;
+            }
+        }
+        self.pair();
+        self.version = next_version();
+        true
     }
 
     /// Number of the shapes that move, filled up to whole lanes.
@@ -175,7 +242,9 @@ impl World {
             }
             _ => may_touch(x, y) || may_touch(y, x),
         };
-        x.body != y.body && !is_allowed
+        // Nothing that the robot does changes how far obstacles are from what stands still.
+        let is_moved = |shape: &PlacedShape| !self.chain(shape.body).is_empty();
+        x.body != y.body && (is_moved(x) || is_moved(y)) && !is_allowed
     }
 
     /// The shapes of a pair, the lower id first.
