@@ -130,8 +130,8 @@ impl World {
         self.version = next_version();
     }
 
-    /// Removes an obstacle and its pairs. Tells the new number of each pair there was, `u32::MAX` for
-    /// none; or nothing if the pairs were listed anew.
+    /// Removes an obstacle and its pairs. Tells the new number of each pair there was, `u32::MAX`
+    /// for none; or nothing if the pairs were listed anew.
     pub fn remove(&mut self, at: usize) -> Option<Vec<u32>> {
         self.change(None);
         let body = self.shapes.remove(at).body;
