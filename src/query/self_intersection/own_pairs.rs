@@ -9,7 +9,7 @@ use crate::engine::frontier::{Origin, Pair};
 use crate::engine::options::{Mode, Options};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
-use crate::engine::triangles::{ids, is_full, pop_batch, push_all, rows};
+use crate::engine::triangles::{ids, is_full, points, pop_batch, push_all, rows};
 use crate::model::cost::{WORK_PER_EXACT_TEST, WORK_PER_TRIANGLE_TEST};
 use crate::tree::WIDTH;
 use punctual_geom::bits;
@@ -38,7 +38,7 @@ impl<'q> OwnPairs<'q> {
     }
 }
 
-impl Visitor for Traversal<'_, '_, OwnPairs<'_>> {
+impl<const POINTS: bool> Visitor for Traversal<'_, '_, OwnPairs<'_>, POINTS> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         self.workspace.frontier.pop()
@@ -49,7 +49,7 @@ impl Visitor for Traversal<'_, '_, OwnPairs<'_>> {
         self.question.is_same = pair.nodes[0] == pair.nodes[1];
         let (trees, relative) = ([self.a, self.b], self.relative);
         let measure = &mut Overlap::default();
-        expand(lanes, pair, trees, relative, measure, keys, self);
+        expand::<POINTS, _, _>(lanes, pair, trees, relative, measure, keys, self);
     }
 
     #[inline(always)]
@@ -79,7 +79,7 @@ impl Visitor for Traversal<'_, '_, OwnPairs<'_>> {
     }
 }
 
-impl Traversal<'_, '_, OwnPairs<'_>> {
+impl<const POINTS: bool> Traversal<'_, '_, OwnPairs<'_>, POINTS> {
     /// Tests up to eight waiting pairs: those that share vertices in `f64`, the others in the fast
     /// filter. It leaves in doubt those that share corners of different vertices.
     #[inline(always)]
@@ -102,7 +102,11 @@ impl Traversal<'_, '_, OwnPairs<'_>> {
         if strangers == 0 {
             return;
         }
-        let rows = [rows(tree, pairs, 0), rows(tree, pairs, 1)];
+        let made = [0, 1].map(|side| points::<POINTS>(tree, pairs, side));
+        let rows = [
+            rows(tree, &made[0], pairs, 0),
+            rows(tree, &made[1], pairs, 1),
+        ];
         let verdicts = batch::test(lanes, strangers, rows, &self.relative.triangles, None);
         for lane in bits((verdicts.hit | verdicts.doubt) & strangers) {
             let [a, b] = pairs[lane].map(|triangle| tree.corners(triangle));
@@ -131,7 +135,7 @@ impl Traversal<'_, '_, OwnPairs<'_>> {
     }
 }
 
-impl Sink for Traversal<'_, '_, OwnPairs<'_>> {
+impl<const POINTS: bool> Sink for Traversal<'_, '_, OwnPairs<'_>, POINTS> {
     #[inline(always)]
     fn stats(&mut self) -> &mut Stats {
         &mut self.workspace.run.stats
