@@ -1,9 +1,13 @@
 //! The shapes of the robot and of its surroundings, and the pairs of them that are checked.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::RobotError;
+use crate::margin::Margins;
 use crate::model::{Model, PlacedShape, sorted};
+use crate::track::Track;
+use crate::transform::Transform;
 
 /// A shape of the robot, or an obstacle.
 ///
@@ -28,10 +32,20 @@ pub(crate) struct Pair {
     pub slot: u32,
     /// Number of joints above both bodies: they move neither relative to the other.
     pub common: u32,
+    /// Shapes that are no farther apart than this count as in contact.
+    pub margin: f64,
+    /// True if one of them is an obstacle that moves by itself.
+    pub is_timed: bool,
 }
 
 /// Shapes that a filter takes at a time.
 pub(crate) const LANES: usize = 8;
+
+/// A version that no world has had.
+pub(crate) fn next_version() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
+}
 
 /// What all threads share.
 #[derive(Clone, Debug)]
@@ -40,9 +54,15 @@ pub(crate) struct World {
     /// The shapes of the robot, then the obstacles, by ascending ids.
     pub shapes: Vec<PlacedShape>,
     pub pairs: Vec<Pair>,
+    /// The ways of obstacles that move by themselves: their bodies follow those of the model.
+    pub tracks: Vec<Track>,
     /// The shapes that move, by index.
     pub moving: Vec<u32>,
-    /// Changes with every change of a shape.
+    pub margins: Margins,
+    /// The largest margin of a pair.
+    pub widest: f64,
+    /// Another one after every change of a shape, a pair or a margin. No two worlds have the same
+    /// one, unless one is a clone of the other.
     pub version: u64,
 }
 
@@ -52,8 +72,11 @@ impl World {
             shapes: model.shapes.clone(),
             model,
             pairs: Vec::new(),
+            tracks: Vec::new(),
             moving: Vec::new(),
-            version: 1,
+            margins: Margins::default(),
+            widest: 0.0,
+            version: next_version(),
         };
         world.pair();
         world
@@ -81,13 +104,14 @@ impl World {
     }
 
     /// Adds a shape, and its pairs behind those there are.
-    pub fn push(&mut self, shape: PlacedShape) {
+    pub fn push(&mut self, mut shape: PlacedShape) {
+        shape.margins = self.margins.of(&self.model, &shape);
         let (new, stride) = (self.shapes.len(), self.stride());
         if shape.body != 0 {
             self.moving.push(new as u32);
         }
         self.shapes.push(shape);
-        self.version += 1;
+        self.version = next_version();
         if self.stride() == stride {
             self.pair_with_earlier(new);
         } else {
@@ -109,15 +133,90 @@ impl World {
             }
             let [x, y] = [a, b].map(|i| self.shapes[i].body);
             let [a, b] = if y == 0 { [b, a] } else { [a, b] };
-            let chains = [x, y].map(|body| &self.model.bodies[body as usize].chain);
+            let chains = [x, y].map(|body| self.chain(body));
+            let margin = self.margin([a, b]);
             let common = chains[0].iter().zip(chains[1]).take_while(|(x, y)| x == y);
             self.pairs.push(Pair {
                 a: a as u32,
                 b: b as u32,
                 slot: a as u32 * stride + self.column(b as u32) as u32,
                 common: common.count() as u32,
+                margin,
+                is_timed: [x, y].iter().any(|&body| self.track(body).is_some()),
             });
+            self.widest = self.widest.max(margin);
         }
+    }
+
+    fn margin(&self, pair: [usize; 2]) -> f64 {
+        let shapes = pair.map(|i| &self.shapes[i]);
+        self.margins.of_pair(&self.model, shapes)
+    }
+
+    /// Takes over margins that were set.
+    pub fn measure_margins(&mut self) {
+        for shape in &mut self.shapes {
+            shape.margins = self.margins.of(&self.model, shape);
+        }
+        self.widest = 0.0;
+        for number in 0..self.pairs.len() {
+            let Pair { a, b, .. } = self.pairs[number];
+            let margin = self.margin([a as usize, b as usize]);
+            self.pairs[number].margin = margin;
+            self.widest = self.widest.max(margin);
+        }
+        self.version = next_version();
+    }
+
+    /// The moving joints from the root to a body.
+    pub fn chain(&self, body: u32) -> &[u32] {
+        let body = self.model.bodies.get(body as usize);
+        body.map_or(&[], |body| &body.chain)
+    }
+
+    /// The track of a body, if it moves by itself.
+    #[inline]
+    pub fn track(&self, body: u32) -> Option<&Track> {
+        self.tracks
+            .get((body as usize).checked_sub(self.model.bodies.len())?)
+    }
+
+    /// What a distance may be less than 0, once margins and reaches are subtracted.
+    pub fn reach(&self) -> f64 {
+        let reaches = self.tracks.iter().map(|track| track.reach_at(0.0));
+        self.widest + reaches.fold(0.0, f64::max)
+    }
+
+    /// True for an obstacle that moves with a link.
+    pub fn is_attached(&self, at: usize) -> bool {
+        !self.chain(self.shapes[at].body).is_empty()
+    }
+
+    /// Sets or takes the track of an obstacle in the world. True if the pairs are listed anew.
+    pub fn set_track(&mut self, at: usize, track: Option<Track>) -> bool {
+        let (body, own) = (self.shapes[at].body, self.model.bodies.len());
+        let old = (body as usize).checked_sub(own);
+        match (old, track) {
+            (None, None) => return false,
+            (Some(old), Some(track)) => {
+                self.tracks[old] = track;
+                return false;
+            }
+            (None, Some(track)) => {
+                self.shapes[at].body = (own + self.tracks.len()) as u32;
+                self.shapes[at].in_body = Transform::IDENTITY;
+                self.tracks.push(track);
+            }
+            (Some(old), None) => {
+                self.tracks.remove(old);
+                let later = self.shapes.iter_mut().filter(|shape| shape.body > body);
+                later.for_each(|shape| shape.body -= 1);
+                self.shapes[at].body = 0;
+            }
+        }
+        self.pair();
+        self.version = next_version();
+        true
     }
 
     /// Number of the shapes that move, filled up to whole lanes.
@@ -143,7 +242,9 @@ impl World {
             }
             _ => may_touch(x, y) || may_touch(y, x),
         };
-        x.body != y.body && !is_allowed
+        // Nothing that the robot does changes how far obstacles are from what stands still.
+        let is_moved = |shape: &PlacedShape| !self.chain(shape.body).is_empty();
+        x.body != y.body && (is_moved(x) || is_moved(y)) && !is_allowed
     }
 
     /// The shapes of a pair, the lower id first.
