@@ -381,3 +381,42 @@ fn a_cloud_takes_few_bytes_and_says_what_it_holds() {
     let (copy, center) = tree.mesh().centered();
     assert!(copy.is_cloud() && copy.vertex(7) == tree.mesh().vertex(7) - center);
 }
+
+#[test]
+fn scenes_and_pushes_take_clouds_for_bodies() {
+    use punctual::tree::Solid;
+    use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
+    use punctual_scene::{Body, Scene};
+    use std::sync::Arc;
+    let mut random = Random::new(21);
+    let points: Vec<_> = (0..3000).map(|_| random.vector()).collect();
+    let cloud = Arc::new(Tree::from_points_f64(points.iter().copied()).unwrap());
+    let solid = punctual::BuildOptions::default().solid(Solid::Keep);
+    let ball = Arc::new(Tree::with_options(shapes::icosphere(3), &solid));
+    let mut scene = Scene::new();
+    scene
+        .insert(Body::fixed(Arc::clone(&cloud), Pose::IDENTITY))
+        .unwrap();
+    let id = scene
+        .insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))
+        .unwrap();
+    for i in 0..40 {
+        let shift = DVec3::new(0.07 * f64::from(i), 0.01, 0.0);
+        let pose = Pose::new(punctual::glam::DMat3::IDENTITY, shift).unwrap();
+        scene.set_pose(id, pose).unwrap();
+        // A closed ball around a point counts, too.
+        let truth = !all_pairs(cloud.mesh(), ball.mesh(), &pose).is_empty();
+        let report = scene.detect(ENOUGH.clock(&ManualClock::new()));
+        let meets = report.pairs.iter().any(|pair| pair.verdict.meets());
+        assert!(meets || !truth, "{i}");
+    }
+    let pose = Pose::new(punctual::glam::DMat3::IDENTITY, DVec3::X * 1.8).unwrap();
+    let query = PenetrationQuery::new(&cloud, &ball, pose);
+    let mut workspace = PenetrationWorkspace::new();
+    let depth = query.run(
+        &mut workspace,
+        Budget::work(3_000_000).clock(&ManualClock::new()),
+    );
+    let (low, high) = (depth.value.low, depth.value.high);
+    assert!(low <= high && high < 1.0, "{low} {high}");
+}
