@@ -254,7 +254,7 @@ fn a_ray_hits_what_it_hits_of_triangles_without_extent() {
             ] {
                 for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
                     let (said, _) = stopped!(Query::ray(a, ray).mode(mode), workspace, 20);
-                    let hits: Vec<_> = workspace.ray_hits().iter().copied().collect();
+                    let hits: Vec<_> = workspace.ray_hits().to_vec();
                     let mut other = Workspace::new();
                     let same = Query::ray(x, ray).mode(mode);
                     let same = same.run(&mut other, ENOUGH.clock(&ManualClock::new()));
