@@ -39,18 +39,9 @@ pub(crate) struct Room {
 }
 
 impl Room {
+    /// Takes over what has changed in the world, and begins a call.
     pub fn sync(&mut self, world: &World) {
         self.placement.sync(world);
-        self.fit(world);
-    }
-
-    /// Takes over a shape that was moved, or added behind the others.
-    pub fn update(&mut self, world: &World, at: usize) {
-        self.placement.update(world, at);
-        self.fit(world);
-    }
-
-    fn fit(&mut self, world: &World) {
         let none = || (0, PairMemory::without_clearance());
         self.memory.resize_with(world.pairs.len(), none);
         self.begin();

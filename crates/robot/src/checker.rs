@@ -11,7 +11,7 @@ use crate::call::{Call, Counted, Room};
 use crate::model::{PlacedShape, prefixed};
 use crate::order::Order;
 use crate::transform::{Transform, from_pose};
-use crate::world::{World, next_version};
+use crate::world::World;
 use crate::{Model, RobotError, Shape, ShapeId};
 
 /// The answer of a call. It is true wherever the budget stops the call.
@@ -181,7 +181,7 @@ impl Checker {
         self.next += 1;
         self.world.push(placed);
         self.order.extend(&self.world);
-        self.room.update(&self.world, self.world.shapes.len() - 1);
+        self.room.begin();
         Ok(id)
     }
 
@@ -219,8 +219,8 @@ impl Checker {
         }
         let shape = &mut self.world.shapes[at];
         shape.in_body = shape.frame * pose;
-        self.world.version = next_version();
-        self.room.update(&self.world, at);
+        self.world.change(Some(at));
+        self.room.begin();
         Ok(())
     }
 
@@ -231,17 +231,18 @@ impl Checker {
     pub fn remove(&mut self, id: ShapeId) -> Result<(), RobotError> {
         let at = self.world.obstacle(id)?;
         self.world.set_track(at, None);
-        self.world.shapes.remove(at);
-        self.world.pair();
-        self.world.version = next_version();
-        self.renew();
+        match self.world.remove(at) {
+            Some(numbers) => self.order.keep(&numbers),
+            None => self.order = Order::new(&self.world),
+        }
+        self.room.begin();
         Ok(())
     }
 
     /// Takes over pairs that were listed anew.
     pub(crate) fn renew(&mut self) {
         self.order = Order::new(&self.world);
-        self.room.sync(&self.world);
+        self.room.begin();
     }
 
     /// Decides whether a configuration collides. Stops at the first pair that meets.
@@ -293,7 +294,7 @@ impl Checker {
     ) -> Result<Call<'c, 'c>, RobotError> {
         self.world.model.check(configuration)?;
         self.order.count(1);
-        self.room.begin();
+        self.room.sync(&self.world);
         Ok(self.call(budget))
     }
 

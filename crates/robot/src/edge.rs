@@ -487,7 +487,7 @@ impl Checker {
         options.check()?;
         self.world.model.check_motion(motion)?;
         self.order.count(1);
-        self.room.begin();
+        self.room.sync(&self.world);
         let call = self.call(budget.into());
         call.room.run.lines.copy(motion);
         call.room.run.begin(*options, 0.0);

@@ -341,7 +341,7 @@ impl Horizon {
         motion.add_part(plan, &mut at, self.cycle, [self.speed, speed]);
         motion.add_part(plan, &mut at, cycles * self.cycle, [speed, last]);
         motion.add_part(plan, &mut at, self.cycle, [last, 0.0]);
-        checker.room.begin();
+        checker.room.sync(&checker.world);
         let mut run = std::mem::take(&mut checker.room.run);
         run.lines.copy(motion);
         run.begin(EdgeOptions::any(), 0.0);

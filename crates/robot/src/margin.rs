@@ -13,8 +13,8 @@ pub enum Margin<N> {
     All,
     /// Each pair of a link or an obstacle, in addition to [`Margin::All`].
     Of(N),
-    /// Each pair of this link and an obstacle, in addition to the others: the padding of MoveIt,
-    /// which does not count between links.
+    /// Each pair of this link, or of what is attached to one, and an obstacle in the world, in
+    /// addition to the others: the padding of MoveIt, which does not count within the robot.
     Padding(N),
     /// Each pair of these two, in place of all others.
     Pair(N, N),
@@ -69,9 +69,11 @@ impl Margins {
         if let Some((_, metres)) = own.into_iter().find(|own| own.0) {
             return metres;
         }
-        let padding = |x: &PlacedShape, y: &PlacedShape| match y.link {
-            Some(_) => 0.0,
-            None => x.margins[1],
+        let padding = |x: &PlacedShape, y: &PlacedShape| {
+            let body = model.bodies.get(y.body as usize);
+            let is_attached = body.is_some_and(|body| !body.chain.is_empty());
+            let is_padded = y.link.is_none() && !is_attached;
+            if is_padded { x.margins[1] } else { 0.0 }
         };
         let all = self.0.get(&Margin::All).copied().unwrap_or(0.0);
         all + (a.margins[0] + b.margins[0]) + (padding(a, b) + padding(b, a))
@@ -121,7 +123,7 @@ impl Checker {
         }
         world.margins.0.insert(of.owned(), metres);
         world.measure_margins();
-        self.room.sync(&self.world);
+        self.room.begin();
         Ok(())
     }
 }

@@ -46,6 +46,15 @@ struct Row {
 }
 
 impl Row {
+    /// A shape that is the first of no pair.
+    fn empty(shape: u32) -> Self {
+        Self {
+            shape,
+            first: First::Sphere(0),
+            margin: f32::NEG_INFINITY,
+        }
+    }
+
     fn new(world: &World, pair: &Pair) -> Self {
         let is_moving = world.shapes[pair.a as usize].body != 0;
         let in_lanes = |shape: u32| world.shapes[shape as usize].margins.iter().sum::<f64>();
@@ -80,16 +89,14 @@ impl Near {
             .resize(world.stride() / LANES, [[0.0; LANES]; 4]);
         self.fit(world);
         self.firsts.clear();
-        let rows = world.pairs.iter().map(|pair| Row::new(world, pair));
-        self.firsts.extend(rows);
-        self.firsts.sort_unstable_by_key(|row| row.shape);
-        self.firsts.dedup_by(|row, kept| {
-            let is_same = row.shape == kept.shape;
-            if is_same {
-                kept.margin = kept.margin.max(row.margin);
-            }
-            is_same
-        });
+        let rows = 0..world.shapes.len() as u32;
+        self.firsts.extend(rows.map(Row::empty));
+        for pair in &world.pairs {
+            let margin = Row::new(world, pair).margin;
+            let row = &mut self.firsts[pair.a as usize];
+            row.margin = row.margin.max(margin);
+        }
+        self.firsts.retain(|row| row.margin != f32::NEG_INFINITY);
         for row in &mut self.firsts {
             row.first = First::new(world, row.shape, still(row.shape));
         }

@@ -51,8 +51,8 @@ impl NearPairs {
 
 impl Checker {
     /// Lists all pairs of which no more than `within` metres (NaN counts as 0) is left above the
-    /// margin, each with bounds of it, its closest points and a gradient: for optimisation, model-predictive control
-    /// and barrier functions. They replace the content of `found`.
+    /// margin, each with bounds of it, its closest points and a gradient: for optimisation,
+    /// model-predictive control and barrier functions. They replace the content of `found`.
     ///
     /// **Guarantee.** The value is a proven lower bound of what is left of each pair that is not
     /// listed: `within` at least, if the call is finished. The pairs with the least bounds are

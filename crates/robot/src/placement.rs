@@ -92,6 +92,14 @@ impl Placement {
         if self.version == world.version {
             return;
         }
+        match world.changed {
+            Some((before, at)) if before == self.version => self.update(world, at),
+            _ => self.renew(world),
+        }
+        self.version = world.version;
+    }
+
+    fn renew(&mut self, world: &World) {
         self.shapes.clear();
         self.ways.clear();
         for shape in &world.shapes {
@@ -99,7 +107,7 @@ impl Placement {
             let chain = world.chain(shape.body);
             self.ways.resize(self.ways.len() + chain.len() + 1, 0.0);
         }
-        (self.version, self.placed) = (world.version, 0);
+        self.placed = 0;
         self.bodies.clear();
         self.bodies.resize(
             world.model.bodies.len() + world.tracks.len(),
@@ -112,7 +120,7 @@ impl Placement {
 
     /// Takes over a shape that was moved, or added behind the others: the only change since the
     /// last call.
-    pub fn update(&mut self, world: &World, at: usize) {
+    fn update(&mut self, world: &World, at: usize) {
         let shape = &world.shapes[at];
         match self.shapes.get_mut(at) {
             Some(placed) => {
@@ -120,7 +128,7 @@ impl Placement {
                 self.measure_still();
             }
             // A shape that moves is the second one of pairs with all the others.
-            None if shape.body != 0 => return self.sync(world),
+            None if shape.body != 0 => return self.renew(world),
             None => {
                 let placed = Placed::new(shape, self.ways.len());
                 self.still_size = self.still_size.max(placed.size());
@@ -128,7 +136,6 @@ impl Placement {
                 self.ways.push(0.0);
             }
         }
-        self.version = world.version;
         self.near.update(world, at as u32, self.shapes[at].still);
     }
 

@@ -83,7 +83,9 @@ impl Trajectory {
             seconds,
             powers.flat_map(|(row, power)| {
                 let unit = seconds.powi(power);
-                row.iter().map(move |x| x * unit)
+                // 0 stays 0, however long the piece is.
+                row.iter()
+                    .map(move |&x| if x == 0.0 { 0.0 } else { x * unit })
             }),
         );
         Ok(())

@@ -42,7 +42,7 @@ pub(crate) struct Pair {
 pub(crate) const LANES: usize = 8;
 
 /// A version that no world has had.
-pub(crate) fn next_version() -> u64 {
+fn next_version() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
     LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
@@ -64,6 +64,9 @@ pub(crate) struct World {
     /// Another one after every change of a shape, a pair or a margin. No two worlds have the same
     /// one, unless one is a clone of the other.
     pub version: u64,
+    /// If the last change was of one shape, or added one behind the others: the version before it,
+    /// and the shape.
+    pub changed: Option<(u64, usize)>,
 }
 
 impl World {
@@ -77,6 +80,7 @@ impl World {
             margins: Margins::default(),
             widest: 0.0,
             version: next_version(),
+            changed: None,
         };
         world.pair();
         world
@@ -111,13 +115,43 @@ impl World {
             self.moving.push(new as u32);
         }
         self.shapes.push(shape);
-        self.version = next_version();
+        self.change(Some(new));
         if self.stride() == stride {
             self.pair_with_earlier(new);
         } else {
             // All slots have changed.
             self.pair();
         }
+    }
+
+    /// Notes a change, of one shape or of any number.
+    pub fn change(&mut self, shape: Option<usize>) {
+        self.changed = shape.map(|shape| (self.version, shape));
+        self.version = next_version();
+    }
+
+    /// Removes an obstacle and its pairs. Tells the new number of each pair there was, `u32::MAX`
+    /// for none; or nothing if the pairs were listed anew.
+    pub fn remove(&mut self, at: usize) -> Option<Vec<u32>> {
+        self.change(None);
+        let body = self.shapes.remove(at).body;
+        if body != 0 {
+            self.pair();
+            return None;
+        }
+        let (at, stride) = (at as u32, self.stride() as u32);
+        let earlier = |i: &mut u32| *i -= u32::from(*i > at);
+        self.moving.iter_mut().for_each(earlier);
+        let (mut numbers, mut next) = (Vec::with_capacity(self.pairs.len()), 0);
+        self.pairs.retain_mut(|pair| {
+            let is_kept = pair.a != at && pair.b != at;
+            numbers.push(if is_kept { next } else { u32::MAX });
+            next += u32::from(is_kept);
+            pair.slot -= stride * u32::from(pair.a > at);
+            [&mut pair.a, &mut pair.b].into_iter().for_each(earlier);
+            is_kept
+        });
+        Some(numbers)
     }
 
     /// Lists the pairs of a shape with those before it.
@@ -165,7 +199,7 @@ impl World {
             self.pairs[number].margin = margin;
             self.widest = self.widest.max(margin);
         }
-        self.version = next_version();
+        self.change(None);
     }
 
     /// The moving joints from the root to a body.
@@ -215,7 +249,7 @@ impl World {
             }
         }
         self.pair();
-        self.version = next_version();
+        self.change(None);
         true
     }
 

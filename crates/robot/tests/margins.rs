@@ -17,7 +17,7 @@ fn expected(checker: &Checker, pair: [ShapeId; 2]) -> f64 {
     }
     let mut margin = 0.01;
     margin += if is("fore") { 0.03 } else { 0.0 };
-    let robot = ["base", "upper", "fore", "left", "right"];
+    let robot = ["base", "upper", "fore", "left", "right", "load"];
     let with_obstacle = names.iter().any(|name| !robot.contains(name));
     margin += if is("left") && with_obstacle {
         0.05

@@ -7,8 +7,8 @@ use cell::{UNLIMITED, at, cell, configurations, random};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Pose, StopReason};
 use punctual_robot::{
-    Checker, Collision, Edge, EdgeAnswer, EdgeOptions, Horizon, Margin, RobotError, Shape, Track,
-    Trajectory,
+    Checker, Collision, Edge, EdgeAnswer, EdgeOptions, Horizon, Margin, RobotError, Shape, ShapeId,
+    Track, Trajectory,
 };
 
 /// Labels at any time: the obstacles stand where their tracks are, with their reach as a margin.
@@ -521,4 +521,89 @@ fn what_is_wrong_with_tracks_and_motions_is_named() {
     let what = fault(checker.edge(&q, &q, &late, UNLIMITED).unwrap_err());
     assert!(what.starts_with("edge: start NaN s"), "{what}");
     assert!(Horizon::new(0.0, 1.0).is_err() && Horizon::new(0.1, f64::INFINITY).is_err());
+}
+
+/// After any changes the answers are those of a checker that has seen only their result.
+#[test]
+fn a_world_that_changes_is_as_good_as_a_new_one() {
+    let mut random = random(99);
+    let mut checker = cell();
+    // What the obstacles are that were added: id, place, track and link.
+    let mut added: Vec<(ShapeId, Pose, Option<Track>, Option<&str>)> = Vec::new();
+    let (mut all, mut met) = (0.0, 0);
+    for step in 0..600 {
+        let mut within = |low: f64, high: f64| low + (high - low) * random();
+        let pose = at(within(-1.0, 1.0), within(-1.0, 1.0), within(0.0, 1.5));
+        let velocity = [0; 3].map(|_| within(-1.0, 1.0));
+        let (what, which) = (within(0.0, 7.0) as u32, within(0.0, 1.0));
+        let which = (which * added.len() as f64) as usize;
+        match what {
+            0 | 1 => {
+                let link = (what == 1 && step % 5 == 0).then_some("fore");
+                let shape = Shape::sphere(0.05).unwrap();
+                let place = if link.is_some() {
+                    at(0.1, 0.1, 0.3)
+                } else {
+                    pose
+                };
+                let id = checker
+                    .attach("new", link, place, shape, &["fore"])
+                    .unwrap();
+                added.push((id, place, None, link));
+            }
+            2 if !added.is_empty() => checker.remove(added.remove(which).0).unwrap(),
+            3 if !added.is_empty() && added[which].3.is_none() => {
+                checker.move_to(added[which].0, pose).unwrap();
+                (added[which].1, added[which].2) = (pose, None);
+            }
+            4 if !added.is_empty() && added[which].3.is_none() => {
+                let track = Track::velocity(&pose, velocity, [0.0; 3]).unwrap();
+                checker.move_along(added[which].0, track.clone()).unwrap();
+                added[which].2 = Some(track);
+            }
+            5 if step % 4 == 0 => {
+                all = 0.04 * which as f64 / (1 + added.len()) as f64;
+                checker.set_margin(Margin::All, all).unwrap();
+            }
+            _ => {}
+        }
+        if step % 3 > 0 {
+            continue;
+        }
+        let mut fresh = cell();
+        for (_, place, track, link) in &added {
+            let shape = Shape::sphere(0.05).unwrap();
+            let id = fresh
+                .attach("new", *link, *place, shape, &["fore"])
+                .unwrap();
+            if let Some(track) = track {
+                fresh.move_along(id, track.clone()).unwrap();
+            }
+        }
+        fresh.set_margin(Margin::All, all).unwrap();
+        assert_eq!(checker.pairs().len(), fresh.pairs().len(), "step {step}");
+        let (mut pairs, options) = ([Vec::new(), Vec::new()], EdgeOptions::first());
+        for ends in configurations(4, step).chunks(2) {
+            let mut found = Vec::new();
+            for (checker, pairs) in [&mut checker, &mut fresh].into_iter().zip(&mut pairs) {
+                let _ = checker.collide_all(&ends[0], UNLIMITED, pairs).unwrap();
+                let edge = checker
+                    .edge(&ends[0], &ends[1], &options, UNLIMITED)
+                    .unwrap()
+                    .value;
+                let clearance = checker.clearance(&ends[0], &Default::default(), UNLIMITED);
+                let low = clearance.unwrap().value.low;
+                found.push((edge.answer, edge.free_until, edge.touching_at, low));
+            }
+            assert_eq!(pairs[0].len(), pairs[1].len(), "step {step}");
+            // The order of distances decides how far below one another the bounds end.
+            assert_eq!(
+                (found[0].0, found[0].1, found[0].2),
+                (found[1].0, found[1].1, found[1].2)
+            );
+            assert!((found[0].3 - found[1].3).abs() < 2e-6, "step {step}");
+            met += u32::from(!pairs[0].is_empty());
+        }
+    }
+    assert!(met > 20 && added.len() > 10, "{met} {}", added.len());
 }
