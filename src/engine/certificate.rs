@@ -6,7 +6,7 @@ use super::options::MotionOptions;
 use super::triangles::ids;
 use super::workspace::Workspace;
 use crate::query::motion::ahead::Ahead;
-use crate::tree::{Tree, xyz};
+use crate::tree::{Tree, node, xyz};
 use glam::{DMat3, DVec3, Vec3};
 use punctual_geom::tolerance::FRAME_ROUNDING;
 use punctual_geom::{Aabb, Pose};
@@ -45,14 +45,7 @@ impl<'w> Certificate<'w> {
     /// query continues.
     #[must_use]
     pub fn upper_bound(&self) -> u64 {
-        let count = |tree: &Tree, node: u32, active: u8| {
-            let node = &tree.nodes()[node as usize];
-            if node.is_leaf {
-                u64::from((u32::from(active) & node.valid()).count_ones())
-            } else {
-                node.triangles.into()
-            }
-        };
+        let count = |tree: &Tree, node: u32, active: u8| u64::from(tree.count_below(node, active));
         let open = self.open().map(|open| match open {
             Open::Nodes(Pair {
                 nodes: [a, b],
@@ -225,7 +218,8 @@ struct Block {
 impl Block {
     /// The box of a node whose mesh is at `pose`.
     fn new(tree: &Tree, node: u32, pose: &Pose) -> Self {
-        let node = &tree.nodes()[node as usize];
+        let leaf;
+        let node = node!(tree, node, leaf);
         let (unit, rotation) = (tree.unit(), node.rotation().as_dmat3());
         let center =
             unit.origin + rotation * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();

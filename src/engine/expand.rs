@@ -12,7 +12,7 @@ use super::boxes::{Extents, Facing, Slabs, StoredExtents, Triangles};
 use super::frontier::Pair;
 use super::outcome::Stats;
 use crate::model::cost::{WORK_PER_CLOSE_TEST, WORK_PER_EDGE_TEST};
-use crate::tree::{Node, Tree, WIDTH};
+use crate::tree::{Leaf, Node, Points, Tree, WIDTH};
 use punctual_geom::bits;
 use punctual_geom::lanes::{F8, Kernel, Lanes, all, per_lane, per_part};
 use punctual_geom::triangle::batch::Rows;
@@ -162,9 +162,10 @@ pub(crate) trait Sink {
     fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]);
 }
 
-/// Replaces a pair by the pairs of children that are of interest.
+/// Replaces a pair by the pairs of children that are of interest. `POINTS` as in
+/// [`super::traversal::Traversal`].
 #[inline(always)]
-pub(crate) fn expand<L: Lanes, M: Measure>(
+pub(crate) fn expand<const POINTS: bool, L: Lanes, M: Measure>(
     lanes: L,
     pair: Pair,
     [tree_a, tree_b]: [&Tree; 2],
@@ -184,7 +185,9 @@ pub(crate) fn expand<L: Lanes, M: Measure>(
         };
         Pair { nodes, active }
     };
-    let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
+    let (mut leaf_a, mut leaf_b) = (None, None);
+    let (a, points_a) = node::<POINTS, L>(lanes, tree_a, ia, &mut leaf_a);
+    let (b, points_b) = node::<POINTS, L>(lanes, tree_b, ib, &mut leaf_b);
     let views = Views::between(a, b, relative);
     if !measure.own([a, b], &views, relative)
         || measure.is_in_doubt() && {
@@ -227,7 +230,7 @@ pub(crate) fn expand<L: Lanes, M: Measure>(
                 let mut hits = hits;
                 if let Some((_, work)) = M::REFINED.filter(|(many, _)| hits.count_ones() >= *many) {
                     sink.stats().work += work;
-                    let rows = [rows(tree_a, a), rows(tree_b, b)];
+                    let rows = [rows(tree_a, points_a, a), rows(tree_b, points_b, b)];
                     hits = measure.refine(lanes, hits, rows, keys);
                 }
                 sink.triangles(hits, key, first);
@@ -253,16 +256,16 @@ pub(crate) fn expand<L: Lanes, M: Measure>(
             });
         }
         Open::Triangles { is_a } => {
-            let (facing, tree, of_one) = if is_a {
-                (&of_a, tree_a, valid[0])
+            let (facing, tree, points, of_one) = if is_a {
+                (&of_a, tree_a, points_a, valid[0])
             } else {
-                (&of_b, tree_b, valid[1])
+                (&of_b, tree_b, points_b, valid[1])
             };
             let [one, other] = facing.nodes;
             let tests = of_one.count_ones() * u32::from(other.children) + 1;
             count::<M>(sink.stats(), tests);
             let triangles = || Triangles {
-                rows: rows(tree, one),
+                rows: rows(tree, points, one),
                 view: views.triangles(is_a, other, relative),
                 rotation_error: relative.rotation_error,
             };
@@ -456,10 +459,32 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     }
 }
 
-/// The triangles of a leaf; the last one is repeated if there are fewer than eight. Not a loop,
-/// whose end would be unpredictable.
+/// A node, and its points if it is a leaf of a cloud. That is made in `leaf`.
 #[inline(always)]
-pub(crate) fn rows<'t>(tree: &'t Tree, leaf: &Node) -> [&'t Rows; WIDTH] {
+pub(crate) fn node<'t, const POINTS: bool, L: Lanes>(
+    lanes: L,
+    tree: &'t Tree,
+    number: u32,
+    leaf: &'t mut Option<Leaf>,
+) -> (&'t Node, Option<&'t Points>) {
+    if !POINTS || (number as usize) < tree.nodes().len() {
+        return (&tree.nodes()[number as usize], None);
+    }
+    let leaf = leaf.insert(tree.leaf(lanes, number));
+    (&leaf.node, Some(&leaf.points))
+}
+
+/// The triangles of a leaf, or its `points` in a cloud; the last one is repeated if there are fewer
+/// than eight. Not a loop, whose end would be unpredictable.
+#[inline(always)]
+pub(crate) fn rows<'t>(
+    tree: &'t Tree,
+    points: Option<&'t Points>,
+    leaf: &Node,
+) -> [&'t Rows; WIDTH] {
+    if let Some(points) = points {
+        return per_lane!(i => &points[i].0);
+    }
     let triangles = &tree.triangles()[leaf.triangle_range()];
     let last = triangles.len() - 1;
     per_lane!(i => &triangles[last.min(i)].0)

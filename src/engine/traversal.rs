@@ -37,8 +37,9 @@ use crate::tree::{Tree, WIDTH};
 use punctual_geom::Pose;
 use punctual_geom::lanes::{Kernel, Lanes};
 
-/// One call of a query that asks `Q`.
-pub(crate) struct Traversal<'q, 'c, Q> {
+/// One call of a query that asks `Q`. `POINTS` is true if one of the trees is that of a cloud, whose
+/// leaves are not stored: all code is compiled once more for them, so that meshes pay nothing.
+pub(crate) struct Traversal<'q, 'c, Q, const POINTS: bool = false> {
     pub question: Q,
     pub a: &'q Tree,
     pub b: &'q Tree,
@@ -77,6 +78,26 @@ pub(crate) trait Visitor {
 /// stops it.
 pub(crate) fn traverse<'q, 'c, Q>(
     question: Q,
+    trees: [&'q Tree; 2],
+    b_in_a: &'q Pose,
+    relative: &'q RelativePose,
+    workspace: &'q mut Workspace,
+    deadline: &'q mut Deadline<'c>,
+) -> StopReason
+where
+    Traversal<'q, 'c, Q, false>: Visitor,
+    Traversal<'q, 'c, Q, true>: Visitor,
+{
+    if trees[0].is_cloud() || trees[1].is_cloud() {
+        traverse_of::<Q, true>(question, trees, b_in_a, relative, workspace, deadline)
+    } else {
+        traverse_of::<Q, false>(question, trees, b_in_a, relative, workspace, deadline)
+    }
+}
+
+/// [`traverse`] for trees of which one is that of a cloud (`POINTS`), or none.
+pub(crate) fn traverse_of<'q, 'c, Q, const POINTS: bool>(
+    question: Q,
     [a, b]: [&'q Tree; 2],
     b_in_a: &'q Pose,
     relative: &'q RelativePose,
@@ -84,15 +105,15 @@ pub(crate) fn traverse<'q, 'c, Q>(
     deadline: &'q mut Deadline<'c>,
 ) -> StopReason
 where
-    Traversal<'q, 'c, Q>: Visitor,
+    Traversal<'q, 'c, Q, POINTS>: Visitor,
 {
-    if Traversal::<Q>::ASKS_OF_FLUSHING && flushing::matters(a, b, b_in_a) {
+    if Traversal::<Q, POINTS>::ASKS_OF_FLUSHING && flushing::matters(a, b, b_in_a) {
         workspace.run.stopped = true;
         return StopReason::FlushedToZero;
     }
     workspace.corners.iter_mut().for_each(Corners::clear);
     deadline.begin(workspace.run.stats.work);
-    let mut traversal = Traversal {
+    let mut traversal = Traversal::<Q, POINTS> {
         question,
         a,
         b,
@@ -115,9 +136,9 @@ where
     stop
 }
 
-impl<'q, 'c, Q> Kernel for &mut Traversal<'q, 'c, Q>
+impl<'q, 'c, Q, const POINTS: bool> Kernel for &mut Traversal<'q, 'c, Q, POINTS>
 where
-    Traversal<'q, 'c, Q>: Visitor,
+    Traversal<'q, 'c, Q, POINTS>: Visitor,
 {
     type Output = StopReason;
 

@@ -19,14 +19,23 @@ impl Mesh {
     }
 
     /// Reads a mesh from bytes of [`write`](Self::write): vertices with 8 (`is_f64`) or 4 bytes per
-    /// coordinate, and triangles.
-    pub(crate) fn read(vertices: &[u8], is_f64: bool, triangles: &[u8]) -> Result<Self, MeshError> {
+    /// coordinate, and triangles; `None` for a cloud.
+    pub(crate) fn read(
+        vertices: &[u8],
+        is_f64: bool,
+        triangles: Option<&[u8]>,
+    ) -> Result<Self, MeshError> {
         let vertices = if is_f64 {
             Vertices::F64(triples(vertices, f64::from_le_bytes).collect())
         } else {
             Vertices::F32(triples(vertices, f32::from_le_bytes).collect())
         };
-        Self::checked(vertices, triples(triangles, u32::from_le_bytes).collect())
+        match triangles {
+            Some(triangles) => {
+                Self::checked(vertices, triples(triangles, u32::from_le_bytes).collect())
+            }
+            None => Self::cloud(vertices),
+        }
     }
 }
 

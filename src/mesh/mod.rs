@@ -3,7 +3,8 @@
 //! A mesh is a triangle soup: a surface without an inside. Vertices keep every bit of the input, as
 //! f32 where that is exact and as f64 only where the mesh needs it. Triangles may be degenerate,
 //! share vertices or overlap. Vertices that no triangle uses keep their indices but are never read,
-//! so they may hold any value.
+//! so they may hold any value. A point cloud is a mesh of vertices alone: each point counts as a
+//! triangle without extent.
 
 mod bytes;
 pub mod shapes;
@@ -35,6 +36,7 @@ pub struct Mesh {
     triangles: Box<[[u32; 3]]>,
     aabb: Aabb,
     all_in_use: bool,
+    is_cloud: bool,
     least_exponent: i32,
 }
 
@@ -166,15 +168,55 @@ impl Mesh {
         Ok(mesh.narrowed())
     }
 
+    /// A point cloud from f32 points, kept to the bit. Point `i` is vertex `i`, and counts as
+    /// triangle `i` without extent ([`triangle`](Self::triangle)). There may be no points, and
+    /// points may be equal. Takes linear time.
+    ///
+    /// ```
+    /// let cloud = punctual::Mesh::from_points([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])?;
+    /// assert_eq!((cloud.len(), cloud.triangles().len()), (2, 0));
+    /// # Ok::<(), punctual::MeshError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MeshError::NotFinite`] or [`MeshError::TooLarge`] for the first point at fault;
+    /// [`MeshError::TooManyTriangles`] for more than 2^30 points.
+    pub fn from_points(points: impl IntoIterator<Item: Into<[f32; 3]>>) -> Result<Self, MeshError> {
+        Self::cloud(Vertices::F32(points.into_iter().map(Into::into).collect()))
+    }
+
+    /// A point cloud from f64 points, stored as by [`from_f64`](Self::from_f64).
+    ///
+    /// # Errors
+    /// As [`from_points`](Self::from_points).
+    pub fn from_points_f64(
+        points: impl IntoIterator<Item: Into<[f64; 3]>>,
+    ) -> Result<Self, MeshError> {
+        let points = points.into_iter().map(Into::into).collect();
+        Ok(Self::cloud(Vertices::F64(points))?.narrowed())
+    }
+
+    fn cloud(points: Vertices) -> Result<Self, MeshError> {
+        check_count(points.len())?;
+        let mut mesh = Self {
+            vertices: points,
+            triangles: Box::default(),
+            aabb: Aabb::EMPTY,
+            all_in_use: true,
+            is_cloud: true,
+            least_exponent: 0,
+        };
+        if !mesh.measure() {
+            (0..mesh.len()).try_for_each(|i| check_vertex(i, mesh.vertices.get(i)))?;
+        }
+        Ok(mesh)
+    }
+
     /// Stores f64 vertices as f32 if that keeps every bit of those in use.
     fn narrowed(mut self) -> Self {
         if let Vertices::F64(wide) = &self.vertices {
-            let mut in_use = self
-                .triangles
-                .as_flattened()
-                .iter()
-                .map(|&v| wide[v as usize]);
-            if in_use.all(|vertex| vertex.into_iter().all(is_f32_exact)) {
+            let is_exact = |vertex: usize| wide[vertex].into_iter().all(is_f32_exact);
+            if self.in_use().all(is_exact) {
                 let narrow = wide.iter().map(|vertex| vertex.map(|c| c as f32));
                 self.vertices = Vertices::F32(narrow.collect());
                 self.measure();
@@ -215,7 +257,7 @@ impl Mesh {
         let mut mesh = self.clone();
         mesh.set_vertices_f64(&vertices)?;
         if mirrors(factors) {
-            mesh.reverse(0..self.len());
+            mesh.reverse(0..self.triangles.len());
         }
         Ok(mesh)
     }
@@ -232,11 +274,10 @@ impl Mesh {
         }
         let center = self.aabb.center();
         let vertices = (0..self.vertex_count()).map(|i| (self.vertex(i) - center).to_array());
-        let vertices = Vertices::F64(vertices.collect());
-        (
-            Self::trusted(vertices, self.triangles.clone()).narrowed(),
-            center,
-        )
+        let mut mesh = self.clone();
+        mesh.vertices = Vertices::F64(vertices.collect());
+        mesh.measure();
+        (mesh.narrowed(), center)
     }
 
     fn checked(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Result<Self, MeshError> {
@@ -266,25 +307,36 @@ impl Mesh {
             triangles,
             aabb: Aabb::EMPTY,
             all_in_use,
+            is_cloud: false,
             least_exponent: 0,
         };
         mesh.measure();
         mesh
     }
 
-    /// Number of triangles.
+    /// True for a point cloud ([`from_points`](Self::from_points)).
+    #[inline]
+    pub fn is_cloud(&self) -> bool {
+        self.is_cloud
+    }
+
+    /// Number of triangles; of a cloud, number of points.
     #[inline]
     pub fn len(&self) -> usize {
-        self.triangles.len()
+        if self.is_cloud {
+            self.vertices.len()
+        } else {
+            self.triangles.len()
+        }
     }
 
-    /// True if the mesh has no triangles; it may still have vertices.
+    /// True if the mesh has no triangles, or the cloud no points; a mesh may still have vertices.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
+        self.len() == 0
     }
 
-    /// The vertex indices of all triangles, in input order.
+    /// The vertex indices of all triangles, in input order; none for a cloud.
     #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
@@ -311,12 +363,15 @@ impl Mesh {
         &self.vertices
     }
 
-    /// The corners of triangle `i`, exact.
+    /// The corners of triangle `i`, exact; three times point `i` of a cloud.
     ///
     /// # Panics
     /// If `i` is not below [`len`](Self::len).
     #[inline]
     pub fn triangle(&self, i: usize) -> [DVec3; 3] {
+        if self.is_cloud {
+            return [self.vertices.get(i); 3];
+        }
         // Written out, because `map` compiles to a call.
         let [a, b, c] = self.triangles[i];
         [

@@ -108,11 +108,14 @@ impl Mesh {
     }
 
     /// Finds the smallest box around all vertices in use, and the least magnitude of a coordinate.
-    pub(super) fn measure(&mut self) {
-        self.note(&match &self.vertices {
+    /// Returns false if a vertex, in use or not, is not finite or too large.
+    pub(super) fn measure(&mut self) -> bool {
+        let survey = match &self.vertices {
             Vertices::F32(v) => survey(v, |vertex| vertex),
             Vertices::F64(v) => survey(v, |vertex| vertex),
-        });
+        };
+        self.note(&survey);
+        survey.is_good
     }
 
     fn note(&mut self, survey: &Survey) {
@@ -124,9 +127,16 @@ impl Mesh {
         };
     }
 
-    /// Indices of the vertices that triangles use, in the order of the triangles, with repetitions.
-    fn in_use(&self) -> impl Iterator<Item = usize> + use<'_> {
-        self.triangles.as_flattened().iter().map(|&i| i as usize)
+    /// Indices of the vertices that triangles use, in the order of the triangles, with repetitions;
+    /// of all points of a cloud.
+    pub(super) fn in_use(&self) -> impl Iterator<Item = usize> + use<'_> {
+        let points = if self.is_cloud {
+            self.vertices.len()
+        } else {
+            0
+        };
+        let corners = self.triangles.as_flattened().iter().map(|&i| i as usize);
+        corners.chain(0..points)
     }
 }
 

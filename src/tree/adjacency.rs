@@ -39,7 +39,8 @@ impl Tree {
     /// corner `edge` to the next.
     #[inline(always)]
     pub fn across(&self, triangle: u32, edge: usize) -> Option<u32> {
-        let next = self.neighbors[triangle as usize][edge] >> 3;
+        // A cloud has none.
+        let next = self.neighbors.get(triangle as usize)?[edge] >> 3;
         (next != NONE).then_some(next)
     }
 
@@ -54,7 +55,10 @@ impl Tree {
     /// The first triangle of the leaf that contains a triangle (tree order).
     #[inline(always)]
     pub(crate) fn first_of_leaf(&self, triangle: u32) -> u32 {
-        triangle - (self.neighbors[triangle as usize][0] & 7)
+        match self.neighbors.get(triangle as usize) {
+            Some(neighbors) => triangle - (neighbors[0] & 7),
+            None => self.first_of_block(triangle),
+        }
     }
 }
 

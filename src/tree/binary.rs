@@ -5,7 +5,8 @@
 //! ends at leaves of at most [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory. The depth
 //! is at most `2 log2(n) + 10` for all meshes ([`most_depth`]).
 
-use super::bins::{Bounds, Centers, Part};
+pub(super) use super::bins::Bounds;
+use super::bins::{Centers, Part};
 use super::fork::Pieces;
 use super::options::Effort;
 use super::orientation::Orientation;
@@ -61,7 +62,15 @@ pub(super) fn build(
     effort: Effort,
     pieces: Pieces,
 ) -> BinaryTree {
-    let mut items = unit.bounds(mesh, orientation.rotation, pieces);
+    over(
+        unit.bounds(mesh, orientation.rotation, pieces),
+        effort,
+        pieces,
+    )
+}
+
+/// Builds the tree over boxes.
+pub(super) fn over(mut items: Vec<Bounds>, effort: Effort, pieces: Pieces) -> BinaryTree {
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {
         let depth_left = most_depth(items.len());

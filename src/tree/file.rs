@@ -13,8 +13,8 @@
 //! | bytes | content |
 //! |---:|---|
 //! | 8 | `PUNCTREE` |
-//! | 4 | version: 2 for a solid, else 1 |
-//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; + 1024 for a solid; + 256 is ignored |
+//! | 4 | version: 3 for a cloud, 2 for a solid, else 1 |
+//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; + 1024 for a solid; + 2048 for a cloud; + 256 is ignored |
 //! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
@@ -27,6 +27,10 @@
 //! A node without an orientation has that of its parent. Nodes are in the order of the tree: the
 //! root, its children, then the nodes below each child in turn. So the numbers of children
 //! determine all indices, and no index can lead in a circle.
+//!
+//! A cloud has no triangles: in place of their number stands that of the block that is not full, or
+//! of the last one, and the order is that of its points. The children of its lowest nodes are
+//! blocks, counted as triangles are.
 
 use super::binary::most_depth;
 use super::fork::Pieces;
@@ -44,7 +48,7 @@ use core::{fmt, slice};
 use glam::{Mat3, Mat3A};
 
 const MAGIC: [u8; 8] = *b"PUNCTREE";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Flags added to the size of a coordinate, 4 or 8, whose own bit is `IS_F64`. `IGNORED` has no
 /// meaning. `HAS_EXTREMES` is set if the tree keeps extremes, `IS_SOLID` if it is one of a solid;
@@ -53,6 +57,7 @@ const IS_F64: u32 = 8;
 const IGNORED: u32 = 1 << 8;
 const HAS_EXTREMES: u32 = 1 << 9;
 const IS_SOLID: u32 = 1 << 10;
+const IS_CLOUD: u32 = 1 << 11;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
 const ORIENTATION: usize = 36;
@@ -171,8 +176,12 @@ impl Header {
     }
 
     fn write(&self, bytes: &mut Vec<u8>) {
-        // Older readers know all but solids.
-        let version = if self.has(IS_SOLID) { VERSION } else { 1 };
+        // Older readers know all but clouds, or all but solids too.
+        let version = match (self.has(IS_CLOUD), self.has(IS_SOLID)) {
+            (true, _) => 3,
+            (false, true) => 2,
+            (false, false) => 1,
+        };
         bytes.extend(MAGIC);
         bytes.extend([version, self.kind].into_iter().flat_map(u32::to_le_bytes));
         bytes.extend(self.counts.into_iter().flat_map(u64::to_le_bytes));
@@ -199,7 +208,8 @@ impl Header {
                 supported: VERSION,
             });
         }
-        let known = IGNORED | HAS_EXTREMES | if version > 1 { IS_SOLID } else { 0 };
+        let since = |first: u32, flag: u32| if version >= first { flag } else { 0 };
+        let known = IGNORED | HAS_EXTREMES | since(2, IS_SOLID) | since(3, IS_CLOUD);
         if ![4, 8].contains(&(kind & !known)) {
             return Err(TreeFileError::CoordinateSize(kind & !known));
         }
@@ -214,10 +224,15 @@ impl Header {
     fn parts(&self) -> [u128; 5] {
         let vertex = if self.has(IS_F64) { 24 } else { 12 };
         let [vertices, triangles, nodes, orientations] = self.counts.map(u128::from);
+        let (triangles, ids) = if self.has(IS_CLOUD) {
+            (0, vertices)
+        } else {
+            (triangles, triangles)
+        };
         [
             vertex * vertices,
             TRIANGLE_BYTES as u128 * triangles,
-            4 * triangles,
+            4 * ids,
             nodes,
             ORIENTATION as u128 * orientations,
         ]
@@ -269,14 +284,19 @@ impl Tree {
         let flag = |is_set: bool, flag: u32| if is_set { flag } else { 0 };
         let counts = [
             self.mesh.vertex_count(),
-            self.mesh.len(),
+            if self.is_cloud() {
+                self.blocks.partial as usize
+            } else {
+                self.mesh.len()
+            },
             self.nodes.len(),
             with_own_orientation(&self.nodes).count(),
         ];
         Header {
             kind: if self.mesh.is_f32() { 4 } else { IS_F64 }
                 | flag(self.has_extremes(), HAS_EXTREMES)
-                | flag(self.solid.is_some(), IS_SOLID),
+                | flag(self.solid.is_some(), IS_SOLID)
+                | flag(self.is_cloud(), IS_CLOUD),
             counts: counts.map(|count| count as u64),
             cost: self.built_cost,
         }
@@ -318,14 +338,24 @@ impl Tree {
             rest = after;
             part
         });
+        let is_cloud = header.has(IS_CLOUD);
+        let triangles = (!is_cloud).then_some(triangles);
         let mesh =
             Mesh::read(vertices, header.has(IS_F64), triangles).map_err(TreeFileError::Mesh)?;
         let ids = order.as_chunks().0.iter();
         let ids: Box<[u32]> = ids.map(|&id| u32::from_le_bytes(id)).collect();
         each_once(&ids, mesh.len())?;
-        let mut nodes = nodes(shapes, mesh.len(), orientations)?;
+        let leaves = if is_cloud {
+            mesh.len().div_ceil(WIDTH)
+        } else {
+            mesh.len()
+        };
+        let mut nodes = nodes(shapes, leaves, orientations)?;
         if !(header.cost >= 0.0 && header.cost.is_finite()) {
             return Err(TreeFileError::Cost(header.cost));
+        }
+        if is_cloud {
+            return Self::of_file(mesh, nodes, header.counts[1], ids, header.cost);
         }
         let unit = Unit::of(&mesh);
         let placed = Placed::of(&mesh, unit, &ids, Pieces::ONE);
@@ -352,7 +382,9 @@ impl Tree {
 /// One byte per node: the number of its children, their kind, and a flag if its orientation differs
 /// from its parent's.
 fn shapes(nodes: &[Node]) -> Vec<u8> {
-    let shape = |node: &Node| node.children | if node.is_leaf { IS_CLUSTER } else { 0 };
+    // The children of a lowest node of a cloud are blocks.
+    let is_lowest = |node: &Node| node.is_leaf || node.first_child as usize >= nodes.len();
+    let shape = |node: &Node| node.children | if is_lowest(node) { IS_CLUSTER } else { 0 };
     let mut shapes: Vec<u8> = nodes.iter().map(shape).collect();
     with_own_orientation(nodes).for_each(|index| shapes[index] |= OWN_ORIENTATION);
     shapes
@@ -367,9 +399,10 @@ fn with_own_orientation(nodes: &[Node]) -> impl Iterator<Item = usize> {
     let parents = nodes.iter().filter(|node| !node.is_leaf);
     let below = move |parent: &Node| {
         let orientation = parent.orientation;
-        parent
-            .child_range()
-            .filter(move |&child| nodes[child].orientation != orientation)
+        parent.child_range().filter(move |&child| {
+            let child = nodes.get(child);
+            child.is_some_and(|child| child.orientation != orientation)
+        })
     };
     root.into_iter().chain(parents.flat_map(below))
 }

@@ -35,6 +35,11 @@ impl Extent {
     };
 
     #[inline(always)]
+    pub fn add(&mut self, point: Vec3A) {
+        (self.min, self.max) = (self.min.min(point), self.max.max(point));
+    }
+
+    #[inline(always)]
     pub fn center(&self) -> Vec3A {
         (self.min + self.max) * 0.5
     }

@@ -189,7 +189,7 @@ fn walk(
     counts: impl Fn(u32) -> bool,
     corners: impl FnMut(u32) -> [DVec3; 3],
 ) -> Count {
-    if probe.is_outside {
+    if probe.is_outside || tree.is_cloud() {
         return Count::default();
     }
     Instructions::detect().run(Walk {

@@ -8,6 +8,7 @@
 // - one pass bottom-up (`update`) that gives every subtree its exact boxes (`fit`), its alpha
 //   per axis and its profile level by level (`profile`). When vertices move, this pass is
 //   repeated (`refit`).
+// The tree of a point cloud is built over blocks of points (`cloud`).
 //
 // The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
 // may be the farthest along a direction (`extremes`) and the components and open edges of a solid
@@ -22,6 +23,7 @@ mod axes;
 mod binary;
 mod bins;
 mod bounds;
+mod cloud;
 mod collapse;
 mod convex;
 mod eight;
@@ -45,6 +47,7 @@ mod update;
 mod validate;
 mod wide;
 
+pub(crate) use cloud::{Leaf, Points, node};
 pub use convex::Convex;
 pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
@@ -59,6 +62,7 @@ use crate::mesh::Mesh;
 use adjacency::Neighbors;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use cloud::Blocks;
 use collapse::Plan;
 use core::sync::atomic::{AtomicUsize, Ordering};
 use fork::Pieces;
@@ -73,6 +77,9 @@ pub struct Tree {
     mesh: Mesh,
     unit: Unit,
     nodes: Box<[Node]>,
+    /// Of a cloud: its leaves, which are not stored.
+    blocks: Blocks,
+    /// Empty for a cloud, and so are the corners and the neighbors.
     triangles: Box<[Triangle]>,
     /// The vertices of each triangle, in tree order.
     corners: Box<[[u32; 3]]>,
@@ -96,11 +103,11 @@ pub struct Tree {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TreeStats {
-    /// Number of triangles of the mesh.
+    /// Number of triangles of the mesh; of a cloud, number of points.
     pub triangles: usize,
-    /// Number of nodes, leaves included.
+    /// Number of nodes, leaves included; of a cloud without its leaves, which are not stored.
     pub nodes: usize,
-    /// Number of nodes whose children are triangles.
+    /// Number of nodes whose children are triangles; of a cloud, of blocks of points.
     pub leaves: usize,
     /// Number of levels of nodes; 0 for an empty mesh.
     pub depth: usize,
@@ -159,6 +166,9 @@ impl Tree {
 
     /// Builds the tree of `mesh`. `O(n log n)`.
     pub fn with_options(mesh: Mesh, options: &BuildOptions) -> Self {
+        if mesh.is_cloud() {
+            return Self::of_cloud(mesh);
+        }
         let pieces = Pieces::new(options.threads, mesh.len());
         let unit = Unit::of(&mesh);
         let whole = if options.orientations {
@@ -213,6 +223,7 @@ impl Tree {
             mesh,
             unit,
             nodes,
+            blocks: Blocks::default(),
             triangles,
             corners,
             ids,
@@ -267,6 +278,8 @@ impl Tree {
             .nodes
             .first()
             .map_or(0, |root| usize::from(root.height));
+        // The leaves of a cloud are not stored.
+        let depth = depth - usize::from(self.is_cloud() && depth > 0);
         let mut nodes_per_level = alloc::vec![0; depth];
         let mut alpha_per_level = alloc::vec![Vec3::ZERO; depth];
         let mut levels_per_level = alloc::vec![0.0; depth];
@@ -283,7 +296,11 @@ impl Tree {
         TreeStats {
             triangles: self.mesh.len(),
             nodes: self.nodes.len(),
-            leaves: self.nodes.iter().filter(|node| node.is_leaf).count(),
+            leaves: if self.is_cloud() {
+                self.blocks.count()
+            } else {
+                self.nodes.iter().filter(|node| node.is_leaf).count()
+            },
             depth,
             nodes_per_level,
             alpha_per_level,
@@ -331,7 +348,10 @@ impl Tree {
     #[inline]
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         // Written out, because `map` compiles to a call.
-        let ([a, b, c], vertices) = (self.corners[triangle as usize], self.mesh.vertices());
+        let vertices = self.mesh.vertices();
+        let Some(&[a, b, c]) = self.corners.get(triangle as usize) else {
+            return [vertices.get(self.ids[triangle as usize] as usize); 3];
+        };
         [
             vertices.get(a as usize),
             vertices.get(b as usize),
@@ -342,13 +362,20 @@ impl Tree {
     /// The vertex indices of a triangle (in tree order).
     #[inline(always)]
     pub fn vertices_of(&self, triangle: u32) -> [u32; 3] {
-        self.corners[triangle as usize]
+        match self.corners.get(triangle as usize) {
+            Some(corners) => *corners,
+            // A point of a cloud.
+            None => [self.ids[triangle as usize]; 3],
+        }
     }
 
     /// Indices of two nodes: the parent of the leaf that contains a triangle (in tree order),
     /// then that leaf.
     pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
         let (mut parent, mut at) = (0, 0);
+        if self.is_cloud() {
+            return self.nodes_above_point(triangle);
+        }
         while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_leaf) {
             let mut children = node.first_child..node.first_child + u32::from(node.children);
             let has = |child: &u32| {
@@ -457,7 +484,8 @@ impl<'t> Subtree<'t> {
     /// The nodes directly below; none for a leaf.
     pub fn children(&self) -> impl Iterator<Item = Subtree<'t>> + use<'t> {
         let tree = self.tree;
-        let nodes = self.node().nodes_below();
+        let (stored, mut nodes) = (tree.nodes.len(), self.node().nodes_below());
+        nodes.end = nodes.end.min(stored);
         nodes.map(move |index| Subtree { tree, index })
     }
 

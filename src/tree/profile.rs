@@ -65,8 +65,16 @@ impl Profiles {
                 .split_first_mut()
                 .expect("index is within the nodes");
             let below = node.nodes_below();
-            let below = &later[below.start.saturating_sub(index + 1)..][..below.len()];
-            node.height = 1 + below.iter().map(|child| child.height).max().unwrap_or(0);
+            // Leaves of points are not stored.
+            let of_points = u8::from(below.start > index + later.len());
+            let below = later.get(below.start.saturating_sub(index + 1)..);
+            let count = node.nodes_below().len() * usize::from(of_points == 0);
+            let below = &below.unwrap_or_default()[..count];
+            node.height = 1 + below
+                .iter()
+                .map(|child| child.height)
+                .max()
+                .unwrap_or(of_points);
             node.profile = levels as u32;
             node.levels = libm::log2f(node.triangles as f32);
             levels += usize::from(node.height) + 1;
@@ -110,6 +118,25 @@ impl Levels<'_> {
         self.levels[at..at + 2].fill(level);
         node.log_alpha = log_alpha(level.half_extent, node.extent(), node.levels);
         node.self_cost = level.nodes * level.nodes;
+        area
+    }
+
+    /// Measures a node of a cloud whose children are blocks. Returns the sum of the surface areas of
+    /// their boxes.
+    #[inline(always)]
+    pub fn measure_blocks<L: Lanes>(
+        &mut self,
+        lanes: L,
+        node: &mut Node,
+        own_half: [f32; 3],
+    ) -> f32 {
+        let half = per_axis!(k => F8::read(lanes, &node.half[k]));
+        let (level, area) = LevelProfile::of_children(node, &half);
+        let points = LevelProfile::of_sums(node.triangles as f32, [0.0; 3]);
+        let at = node.profile as usize - self.first;
+        self.levels[at..at + 3].copy_from_slice(&[level, points, points]);
+        node.log_alpha = log_alpha(Vec3::ZERO, own_half.into(), node.levels);
+        node.self_cost = self_cost(own_half, &self.levels[at..at + 2]);
         area
     }
 

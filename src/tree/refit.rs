@@ -71,15 +71,19 @@ impl Tree {
 
     pub(super) fn follow_mesh(&mut self) {
         self.unit = Unit::of(&self.mesh);
-        self.unit
-            .place(&self.mesh, &self.corners, &mut self.triangles);
-        update(
-            &mut self.nodes,
-            &self.triangles,
-            &mut self.profiles,
-            &[],
-            Pieces::ONE,
-        );
+        if self.is_cloud() {
+            self.fit_cloud();
+        } else {
+            self.unit
+                .place(&self.mesh, &self.corners, &mut self.triangles);
+            update(
+                &mut self.nodes,
+                &self.triangles,
+                &mut self.profiles,
+                &[],
+                Pieces::ONE,
+            );
+        }
         self.extremes = Extremes::default();
         if self.solid.is_some() {
             self.make_solid(Solid::Keep);

@@ -36,6 +36,7 @@ impl Tree {
             mesh: self.mesh.scaled_by(factors)?,
             unit: self.unit,
             nodes: mapped(&self.nodes, factors),
+            blocks: self.blocks,
             triangles: self.triangles.clone(),
             corners: self.corners.clone(),
             ids: self.ids.clone(),

@@ -70,13 +70,20 @@ pub(super) fn update(
         end = part.nodes.start;
     }
     above(0..end);
-    let Some(root) = nodes.first_mut() else {
-        return;
-    };
-    let area = root.size;
-    set_own(root, &Extent::kept_in(root));
-    let whole = root.size * root.size;
-    profiles.cost = if whole > 0.0 { area / whole } else { 0.0 };
+    profiles.end(nodes);
+}
+
+impl Profiles {
+    /// Completes the root, and the SAH cost.
+    pub fn end(&mut self, nodes: &mut [Node]) {
+        let Some(root) = nodes.first_mut() else {
+            return;
+        };
+        let area = root.size;
+        set_own(root, &Extent::kept_in(root));
+        let whole = root.size * root.size;
+        self.cost = if whole > 0.0 { area / whole } else { 0.0 };
+    }
 }
 
 struct Update<'t> {
@@ -165,7 +172,7 @@ impl Update<'_> {
 /// hold the ends of its box, because a parent with the same axes needs them to the bit. Its size
 /// holds the sum of the surface areas of the boxes below it.
 #[inline(always)]
-fn keep(node: &mut Node, own: &Extent, area: f32) {
+pub(super) fn keep(node: &mut Node, own: &Extent, area: f32) {
     own.keep_in(node);
     node.size = area;
 }
@@ -173,7 +180,7 @@ fn keep(node: &mut Node, own: &Extent, area: f32) {
 /// Fits a leaf to its triangles. Returns the leaf's box, and the sum of the surface areas of
 /// the triangles' boxes.
 #[inline(always)]
-fn leaf<L: Lanes>(
+pub(super) fn leaf<L: Lanes>(
     lanes: L,
     node: &mut Node,
     triangles: &Eight<L>,
@@ -192,7 +199,7 @@ fn leaf<L: Lanes>(
 }
 
 #[inline(always)]
-fn set_own(node: &mut Node, own: &Extent) {
+pub(super) fn set_own(node: &mut Node, own: &Extent) {
     let half = own.half();
     node.own_center = f32x4::new(own.center().extend(0.0).to_array());
     node.own_half = f32x4::new(half.extend(0.0).to_array());

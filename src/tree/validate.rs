@@ -56,7 +56,9 @@ impl core::error::Error for TreeFault {}
 
 pub(super) fn validate(tree: &Tree) -> Result<(), TreeFault> {
     each_once(&tree.ids, tree.mesh.len())?;
-    dense(&tree.nodes)?;
+    if !tree.is_cloud() {
+        dense(&tree.nodes)?;
+    }
     for index in 0..tree.nodes.len() {
         children(tree, index)?;
         boxes(tree, index)?;
@@ -114,8 +116,11 @@ fn child_range(tree: &Tree, node: &Node, i: usize) -> Range<usize> {
     let child = node.first_child as usize + i;
     if node.is_leaf {
         child..child + 1
+    } else if let Some(child) = tree.nodes.get(child) {
+        child.triangle_range()
     } else {
-        tree.nodes[child].triangle_range()
+        let Range { start, end } = tree.block(child as u32);
+        start as usize..end as usize
     }
 }
 

@@ -149,7 +149,7 @@ calls! {
         let facts = unsafe { place(facts, "facts") }?;
         facts.write(punctual_mesh_facts {
             size: punctual_mesh_facts::SIZE,
-            triangles: mesh.len(),
+            triangles: mesh.triangles().len(),
             vertices: mesh.vertex_count(),
             bytes: mesh.bytes(),
             is_f32: mesh.is_f32(),

@@ -157,8 +157,7 @@ impl Shape {
 
     fn new(tree: Arc<Tree>, margin: f64, is_solid: bool, band: f64) -> Self {
         let mesh = tree.mesh();
-        let corners = || mesh.triangles().iter().flatten();
-        let vertices = || corners().map(|&i| mesh.vertex(i as usize));
+        let vertices = || (0..mesh.len()).flat_map(|i| mesh.triangle(i));
         // The axes of the mesh, or of the tree's root, whichever box has the least surface.
         let of_root = tree.root().map(|root| root.rotation().as_dmat3());
         let of_root = of_root.map_or(DMat3::IDENTITY, orthonormal);
@@ -220,8 +219,12 @@ pub(crate) fn holds_part(a: &Inner, b: &Inner, b_in_a: &Transform) -> bool {
     (a.is_solid && in_a()) || (b.is_solid && in_b())
 }
 
-/// One vertex of each connected part; vertices at equal positions count as one.
+/// One vertex of each connected part; vertices at equal positions count as one. All points of a
+/// cloud.
 fn samples(mesh: &Mesh) -> Vec<DVec3> {
+    if mesh.is_cloud() {
+        return (0..mesh.len()).map(|i| mesh.vertex(i)).collect();
+    }
     let mut parents: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
     let mut in_use: Vec<u32> = mesh.triangles().iter().flatten().copied().collect();
     in_use.sort_unstable();

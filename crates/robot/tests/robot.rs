@@ -1072,3 +1072,36 @@ fn models_and_checkers_go_to_threads() {
     let query = Query::intersection(a.surface(), b.surface(), Pose::IDENTITY);
     assert!(query.run(&mut Workspace::new(), UNLIMITED).value != Verdict::Separated);
 }
+
+/// A cloud against as many triangles without extent, and points inside of solid links.
+#[test]
+fn a_cloud_is_an_obstacle() {
+    let mut random = random(66);
+    let points: Vec<_> = (0..400)
+        .map(|_| DVec3::from_array([(); 3].map(|()| 2.0 * random() - 1.0)))
+        .collect();
+    let corners = (0..400).map(|i| [i; 3]);
+    let mesh = punctual::Mesh::from_f64(points.iter().copied(), corners).unwrap();
+    let cloud = Tree::from_points_f64(points).unwrap();
+    let [mut one, mut other] = [cloud, Tree::new(mesh)].map(|tree| {
+        let mut checker = Checker::new(arm());
+        let shape = Shape::tree(Arc::new(tree));
+        checker.add("scan", Pose::IDENTITY, shape).unwrap();
+        checker
+    });
+    let (mut hit, mut pairs, mut again) = (0, Vec::new(), Vec::new());
+    for q in configurations(60, 3) {
+        let [a, b] = [(&mut one, &mut pairs), (&mut other, &mut again)]
+            .map(|(checker, pairs)| checker.collide_all(&q, UNLIMITED, pairs).unwrap().value);
+        assert_eq!((a, &pairs), (b, &again));
+        hit += u32::from(a != Collision::Free);
+        let options = ClearanceOptions::default();
+        let [a, b] = [&mut one, &mut other]
+            .map(|checker| checker.clearance(&q, &options, UNLIMITED).unwrap().value);
+        assert!(
+            a.low <= b.high + 1e-9 && b.low <= a.high + 1e-9,
+            "{a:?} {b:?}"
+        );
+    }
+    assert!(hit > 0, "{hit}");
+}

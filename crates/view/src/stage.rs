@@ -175,9 +175,12 @@ impl Stage {
     ) -> Value {
         self.arrays.extend(
             array,
-            triangles
-                .into_iter()
-                .flat_map(|id| mesh.triangles()[id as usize]),
+            triangles.into_iter().flat_map(|id| {
+                mesh.triangles()
+                    .get(id as usize)
+                    .copied()
+                    .unwrap_or([id; 3])
+            }),
         )
     }
 

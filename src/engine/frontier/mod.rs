@@ -202,7 +202,13 @@ impl Frontier {
         // This copy of the kind is never read. Making it loads the node into the cache before the
         // pair is popped.
         let waiting = |pair: Pair| Pair {
-            active: [nodes[pair.nodes[0] as usize].is_leaf.into(), 0],
+            active: [
+                nodes
+                    .get(pair.nodes[0] as usize)
+                    .is_some_and(|node| node.is_leaf)
+                    .into(),
+                0,
+            ],
             ..pair
         };
         let first = next();

@@ -3,9 +3,10 @@
 
 pub(crate) mod corners;
 
-use crate::tree::{Tree, WIDTH};
+use crate::tree::{Points, Tree, WIDTH};
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
+use punctual_geom::lanes::per_lane;
 use punctual_geom::triangle::batch::Rows;
 
 /// Maximum number of triangle pairs that wait before they are tested.
@@ -56,14 +57,29 @@ pub(crate) fn ids([a, b]: [&Tree; 2], pair: [u32; 2]) -> [u32; 2] {
     [a.ids()[pair[0] as usize], b.ids()[pair[1] as usize]]
 }
 
-/// The triangles of one side of eight pairs. Written out, because a closure would not be compiled
-/// for the kernel's instruction set.
+/// The points of one side of eight pairs, if the tree is that of a cloud. `POINTS` as in
+/// [`super::traversal::Traversal`].
 #[inline(always)]
-pub(crate) fn rows(
+pub(crate) fn points<const POINTS: bool>(
     tree: &Tree,
+    pairs: [[u32; 2]; WIDTH],
+    side: usize,
+) -> Option<Points> {
+    (POINTS && tree.is_cloud()).then(|| tree.points(per_lane!(i => pairs[i][side])))
+}
+
+/// The triangles of one side of eight pairs, or its [`points`] in a cloud. Written out, because a
+/// closure would not be compiled for the kernel's instruction set.
+#[inline(always)]
+pub(crate) fn rows<'t>(
+    tree: &'t Tree,
+    points: &'t Option<Points>,
     [p, q, r, s, t, u, v, w]: [[u32; 2]; WIDTH],
     side: usize,
-) -> [&Rows; WIDTH] {
+) -> [&'t Rows; WIDTH] {
+    if let Some(points) = points {
+        return per_lane!(i => &points[i].0);
+    }
     let triangles = tree.triangles();
     macro_rules! row {
         ($pair:ident) => {

@@ -4,7 +4,7 @@ use crate::engine::frontier::Pair;
 use crate::engine::question::{Ask, Query, Question};
 use crate::engine::workspace::{Asked, Workspace};
 use crate::model::listing::Listing;
-use crate::tree::Tree;
+use crate::tree::node;
 
 /// Number of node pairs that are sampled; the others count as the mean of the sample.
 const SAMPLE: usize = 256;
@@ -20,9 +20,10 @@ where
         // Once all pairs are listed, the frontier holds nodes that rays enter.
         let is_listed =
             matches!(asked, Asked::Manifolds(_)) && workspace.state.manifolds.reduction.is_listed;
-        let nodes = [self.a, self.b].map(Tree::nodes);
         let fourth_root = |pair: Pair| {
-            let [a, b] = [0, 1].map(|side| nodes[side][pair.nodes[side] as usize].self_cost);
+            let (leaf_a, leaf_b);
+            let a = node!(self.a, pair.nodes[0], leaf_a).self_cost;
+            let b = node!(self.b, pair.nodes[1], leaf_b).self_cost;
             f64::from(libm::sqrtf(libm::sqrtf(a * b)))
         };
         let open = if is_listed {

@@ -9,7 +9,7 @@ use super::nearest::Nearness;
 use super::search::Bounded;
 use crate::engine::traversal::Traversal;
 use crate::engine::triangles::corners::Corners;
-use crate::engine::triangles::{ids, rows};
+use crate::engine::triangles::{ids, points, rows};
 use crate::engine::workspace::Workspace;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
@@ -31,7 +31,7 @@ pub(crate) const CLOSE: f32 = 0.999;
 /// Stands for the distance of a proposed pair of which only the common area counts.
 const ONLY_AREA: f32 = f32::INFINITY;
 
-impl Traversal<'_, '_, Nearness> {
+impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
     /// True if there may be no room for the results of the next step.
     #[cold]
     #[inline(never)]
@@ -51,10 +51,14 @@ impl Traversal<'_, '_, Nearness> {
         if count == 0 {
             return;
         }
+        let made = [
+            points::<POINTS>(self.a, pairs, 0),
+            points::<POINTS>(self.b, pairs, 1),
+        ];
         let found = distances(
             lanes,
-            rows(self.a, pairs, 0),
-            rows(self.b, pairs, 1),
+            rows(self.a, &made[0], pairs, 0),
+            rows(self.b, &made[1], pairs, 1),
             &self.relative.triangles,
         );
         let stats = &mut self.workspace.run.stats;

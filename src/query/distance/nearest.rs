@@ -64,7 +64,7 @@ impl Nearness {
     }
 }
 
-impl Visitor for Traversal<'_, '_, Nearness> {
+impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         let workspace = &*self.workspace;
@@ -104,7 +104,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
             Origin::Stack | Origin::Path => {}
         }
         let trees = [self.a, self.b];
-        expand(lanes, pair, trees, relative, &mut gaps, keys, self);
+        expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, keys, self);
         let search = &mut self.workspace.state.distance;
         if self.origin != Origin::Dive {
             // Every child that was dropped is at least as far apart as the cut.
@@ -140,7 +140,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
     }
 }
 
-impl Sink for Traversal<'_, '_, Nearness> {
+impl<const POINTS: bool> Sink for Traversal<'_, '_, Nearness, POINTS> {
     #[inline(always)]
     fn stats(&mut self) -> &mut Stats {
         &mut self.workspace.run.stats
@@ -184,7 +184,7 @@ impl Sink for Traversal<'_, '_, Nearness> {
     }
 }
 
-impl Traversal<'_, '_, Nearness> {
+impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
     /// Keeps a child for later. `deepest` is the key and place on the stack of the deepest of its
     /// siblings.
     #[inline(always)]

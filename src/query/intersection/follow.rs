@@ -23,9 +23,9 @@ const STEPS: usize = 4;
 const _: () = assert!(STEPS as u64 * WORK_PER_TRACE_STEP <= MAX_STEP_WORK);
 
 /// A tracing step of the loop, compiled separately because it is rare.
-struct TraceOn<'t, 'q, 'c, 'o>(&'t mut Traversal<'q, 'c, Meeting<'o>>);
+struct TraceOn<'t, 'q, 'c, 'o, const POINTS: bool>(&'t mut Traversal<'q, 'c, Meeting<'o>, POINTS>);
 
-impl Kernel for TraceOn<'_, '_, '_, '_> {
+impl<const POINTS: bool> Kernel for TraceOn<'_, '_, '_, '_, POINTS> {
     type Output = ();
 
     #[inline(always)]
@@ -34,7 +34,7 @@ impl Kernel for TraceOn<'_, '_, '_, '_> {
     }
 }
 
-impl Traversal<'_, '_, Meeting<'_>> {
+impl<const POINTS: bool> Traversal<'_, '_, Meeting<'_>, POINTS> {
     /// Traces the waiting curves a little.
     #[inline(always)]
     pub(crate) fn trace_on<L: Lanes>(&mut self, lanes: L) {

@@ -5,7 +5,7 @@ use super::meeting::Meeting;
 use crate::engine::options::Mode;
 use crate::engine::traversal::Traversal;
 use crate::engine::triangles::corners::Corners;
-use crate::engine::triangles::{ids, is_full, pop_batch, rows};
+use crate::engine::triangles::{ids, is_full, points, pop_batch, rows};
 use crate::engine::workspace::{Run, Workspace};
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
@@ -18,7 +18,7 @@ use punctual_geom::lanes::Lanes;
 use punctual_geom::triangle::batch::{self, Crossings};
 use punctual_geom::{triangle_segment, triangles_intersect};
 
-impl Traversal<'_, '_, Meeting<'_>> {
+impl<const POINTS: bool> Traversal<'_, '_, Meeting<'_>, POINTS> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
     ///
     /// If copies of a surface lie side by side, every pair is in doubt, and whole regions have no
@@ -83,10 +83,17 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
         let tested = (1 << count) - 1;
         let mut crossings = Crossings::default();
+        let made = [
+            points::<POINTS>(self.a, pairs, 0),
+            points::<POINTS>(self.b, pairs, 1),
+        ];
         let verdicts = batch::test(
             lanes,
             tested,
-            [rows(self.a, pairs, 0), rows(self.b, pairs, 1)],
+            [
+                rows(self.a, &made[0], pairs, 0),
+                rows(self.b, &made[1], pairs, 1),
+            ],
             &self.relative.triangles,
             self.strategy.trace.goes_on().then_some(&mut crossings),
         );

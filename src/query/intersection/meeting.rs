@@ -5,7 +5,7 @@
 //! ([`trace`](super::trace)) before the frontier reaches them are not tested again.
 
 use crate::engine::boxes::overlap::Overlap;
-use crate::engine::expand::{Keys, Sink, expand, key_of};
+use crate::engine::expand::{Keys, Sink, expand, key_of, node};
 use crate::engine::frontier::order::Order;
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::options::{Mode, Options};
@@ -15,16 +15,16 @@ use crate::engine::traversal::{Traversal, Visitor};
 use crate::engine::triangles::push_all;
 use crate::engine::workspace::Workspace;
 use crate::model::cost::WORK_PER_LOOKUP;
-use crate::tree::{Node, Tree, WIDTH};
+use crate::tree::{Leaf, Node, Tree, WIDTH};
 use punctual_geom::bits;
-use punctual_geom::lanes::Lanes;
+use punctual_geom::lanes::{Lanes, Portable};
 
 /// The question whether, or where, two surfaces intersect.
 pub(crate) struct Meeting<'q> {
     pub options: &'q Options,
 }
 
-impl Visitor for Traversal<'_, '_, Meeting<'_>> {
+impl<const POINTS: bool> Visitor for Traversal<'_, '_, Meeting<'_>, POINTS> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         self.workspace.frontier.pop()
@@ -36,9 +36,10 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
         if let Some(order) = self.strategy.queue
             && self.origin != Origin::Stack
         {
-            self.share = order.share(nodes(trees, pair), relative);
+            let made = &mut [None, None];
+            self.share = order.share(nodes::<POINTS>(trees, pair, made), relative);
         }
-        expand(
+        expand::<POINTS, _, _>(
             lanes,
             pair,
             trees,
@@ -71,7 +72,7 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
     }
 }
 
-impl Traversal<'_, '_, Meeting<'_>> {
+impl<const POINTS: bool> Traversal<'_, '_, Meeting<'_>, POINTS> {
     /// Ends a run of [`Mode::Any`] at the first hit.
     #[inline(always)]
     fn has_enough(&self) -> Option<StopReason> {
@@ -119,7 +120,9 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let mut keys = Keys::default();
         for bit in bits(hits) {
             let pair = child(bit as u32);
-            keys.as_flattened_mut()[bit] = Order::low_alpha(nodes([self.a, self.b], pair));
+            let made = &mut [None, None];
+            let nodes = nodes::<POINTS>([self.a, self.b], pair, made);
+            keys.as_flattened_mut()[bit] = Order::low_alpha(nodes);
         }
         keys
     }
@@ -169,7 +172,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// The witnesses of the previous frame, out of `among`, that lie below a pair.
     #[inline(always)]
     fn witnesses_below(&self, pair: Pair, among: u16) -> u16 {
-        let [a, b] = nodes([self.a, self.b], pair);
+        let made = &mut [None, None];
+        let [a, b] = nodes::<POINTS>([self.a, self.b], pair, made);
         bits(among).fold(0, |below, i| {
             let [x, y] =
                 self.workspace.state.intersection.witnesses[i].map(|triangle| triangle as usize);
@@ -179,13 +183,20 @@ impl Traversal<'_, '_, Meeting<'_>> {
     }
 }
 
+/// The nodes of a pair. Leaves of clouds are made in `made`.
 #[inline(always)]
-fn nodes([a, b]: [&Tree; 2], pair: Pair) -> [&Node; 2] {
-    let [i, j] = pair.nodes.map(|node| node as usize);
-    [&a.nodes()[i], &b.nodes()[j]]
+fn nodes<'t, const POINTS: bool>(
+    [a, b]: [&'t Tree; 2],
+    pair: Pair,
+    [of_a, of_b]: &'t mut [Option<Leaf>; 2],
+) -> [&'t Node; 2] {
+    let ([i, j], lanes) = (pair.nodes, Portable {});
+    let (a, _) = node::<POINTS, _>(lanes, a, i, of_a);
+    let (b, _) = node::<POINTS, _>(lanes, b, j, of_b);
+    [a, b]
 }
 
-impl Sink for Traversal<'_, '_, Meeting<'_>> {
+impl<const POINTS: bool> Sink for Traversal<'_, '_, Meeting<'_>, POINTS> {
     #[inline(always)]
     fn stats(&mut self) -> &mut Stats {
         &mut self.workspace.run.stats

@@ -11,7 +11,7 @@ use crate::engine::frontier::Pair;
 use crate::engine::outcome::Stats;
 use crate::model::frontier::FrontierSummary;
 use crate::model::visits::pair_cost;
-use crate::tree::{Node, Tree, WIDTH, xyz};
+use crate::tree::{Node, Tree, WIDTH, node, xyz};
 use arrayvec::ArrayVec;
 use core::mem;
 use punctual_geom::lanes::{Instructions, Kernel, Lanes};
@@ -67,7 +67,9 @@ impl<'q> Probe<'q> {
     #[inline(always)]
     pub fn add(&mut self, pair: Pair) {
         self.effort = self.effort.saturating_sub(1);
-        let [a, b] = self.nodes(pair);
+        let (leaf_a, leaf_b);
+        let a = node!(self.trees[0], pair.nodes[0], leaf_a);
+        let b = node!(self.trees[1], pair.nodes[1], leaf_b);
         let (penetration, crossing) = overlap(a, b, self.relative);
         let cost = pair_cost([a.self_cost, b.self_cost], penetration);
         let open = Open {
@@ -81,14 +83,6 @@ impl<'q> Probe<'q> {
             self.pairs.push(open);
             self.costs.push(cost);
         }
-    }
-
-    #[inline(always)]
-    fn nodes(&self, pair: Pair) -> [&'q Node; 2] {
-        [
-            &self.trees[0].nodes()[pair.nodes[0] as usize],
-            &self.trees[1].nodes()[pair.nodes[1] as usize],
-        ]
     }
 
     #[inline(always)]
@@ -164,7 +158,7 @@ impl Children {
     ) {
         self.triangles.0 = 0;
         let (overlap, keys) = (&mut Overlap::default(), &mut [[0.0; WIDTH]; WIDTH]);
-        expand(lanes, pair, trees, relative, overlap, keys, self);
+        expand::<true, _, _>(lanes, pair, trees, relative, overlap, keys, self);
     }
 }
 

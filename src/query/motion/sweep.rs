@@ -14,7 +14,7 @@ use crate::engine::expand::{Keys, Sink, expand};
 use crate::engine::frontier::{Frontier, Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
-use crate::engine::triangles::rows;
+use crate::engine::triangles::{points, rows};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_WINDOW,
     WORK_PER_WINDOW_TEST,
@@ -58,7 +58,7 @@ impl<'q> Sweep<'q> {
     }
 }
 
-impl Visitor for Traversal<'_, '_, Sweep<'_>> {
+impl<const POINTS: bool> Visitor for Traversal<'_, '_, Sweep<'_>, POINTS> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         self.workspace.frontier.pop()
@@ -97,7 +97,7 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
         };
         let sink = &mut children;
         let mut windows = Windows::new(question.cut, least, question.glide, self.relative);
-        expand(lanes, pair, trees, self.relative, &mut windows, keys, sink);
+        expand::<POINTS, _, _>(lanes, pair, trees, self.relative, &mut windows, keys, sink);
         let least = windows.least;
         self.pass_rest(least);
     }
@@ -132,7 +132,7 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
     }
 }
 
-impl Traversal<'_, '_, Sweep<'_>> {
+impl<const POINTS: bool> Traversal<'_, '_, Sweep<'_>, POINTS> {
     /// Computes the times at which up to eight waiting pairs may meet. If earlier pairs were
     /// compared, it instead follows the one of them that may meet first. If B turns, it first tests
     /// each eighth of the substep for that pair.
@@ -157,7 +157,14 @@ impl Traversal<'_, '_, Sweep<'_>> {
         if count == 0 {
             return;
         }
-        let (a, b) = (rows(self.a, pairs, 0), rows(self.b, pairs, 1));
+        let made = [
+            points::<POINTS>(self.a, pairs, 0),
+            points::<POINTS>(self.b, pairs, 1),
+        ];
+        let (a, b) = (
+            rows(self.a, &made[0], pairs, 0),
+            rows(self.b, &made[1], pairs, 1),
+        );
         let (enter, active) = windows(
             lanes,
             a,

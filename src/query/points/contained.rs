@@ -11,7 +11,7 @@ use crate::engine::boxes::{RelativePose, flushing};
 use crate::engine::deadline::Deadline;
 use crate::engine::outcome::{Operand, StopReason};
 use crate::engine::question::Query;
-use crate::engine::traversal::traverse;
+use crate::engine::traversal::traverse_of;
 use crate::engine::workspace::{Containment, Workspace};
 use crate::tree::Tree;
 use core::mem;
@@ -85,7 +85,7 @@ impl<Q> Query<'_, Q> {
             );
             let question = Locate { source };
             let trees = [outer; 2];
-            let stop = traverse(
+            let stop = traverse_of::<_, false>(
                 question,
                 trees,
                 b_in_a,

@@ -16,7 +16,7 @@ use crate::engine::memory::PairMemory;
 use crate::engine::outcome::StopReason;
 use crate::engine::question::{Ask, Query, Question};
 use crate::engine::strategy::Strategy;
-use crate::engine::traversal::traverse;
+use crate::engine::traversal::traverse_of;
 use crate::engine::workspace::{Asked, Key, Workspace};
 use crate::model::batch::{Batch, points_left};
 use crate::model::prediction::Quantiles;
@@ -354,7 +354,7 @@ pub(crate) fn advance(
         return StopReason::FlushedToZero;
     }
     let source = Source::Points(points);
-    traverse(
+    traverse_of::<_, false>(
         Locate { source },
         [tree; 2],
         &Pose::IDENTITY,

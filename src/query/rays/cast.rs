@@ -48,7 +48,7 @@ const _: () = assert!(
         >= WORK_PER_RAY + NODES_PER_STEP * WORK_PER_RAY_NODE + WIDTH as u64 * WORK_PER_RAY_TRIANGLE
 );
 
-impl Visitor for Traversal<'_, '_, Cast<'_>> {
+impl<const POINTS: bool> Visitor for Traversal<'_, '_, Cast<'_>, POINTS> {
     const ASKS_OF_FLUSHING: bool = false;
 
     #[inline(always)]
@@ -98,7 +98,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
     }
 }
 
-impl Traversal<'_, '_, Cast<'_>> {
+impl<const POINTS: bool> Traversal<'_, '_, Cast<'_>, POINTS> {
     /// Replaces a node by its children that the ray enters, or by the triangles that it may hit.
     /// Returns the child entered first; the others are on the stack.
     #[inline(always)]
@@ -108,7 +108,8 @@ impl Traversal<'_, '_, Cast<'_>> {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
         }
-        let node = &self.a.nodes()[index as usize];
+        let mut leaf = None;
+        let (node, points) = expand::node::<POINTS, L>(lanes, self.a, index, &mut leaf);
         let local_ray = &self.workspace.state.rays.local_ray;
         let (enter, entered) = local_ray.enter(lanes, node, entry);
         let stats = &mut self.workspace.run.stats;
@@ -126,7 +127,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         stats.work += WORK_PER_RAY_TRIANGLE * count;
         let found = candidates(
             lanes,
-            expand::rows(self.a, node),
+            expand::rows(self.a, points, node),
             &local_ray.unit_ray,
             [local_ray.from, local_ray.to],
         );
@@ -227,7 +228,7 @@ mod tests {
             let Self(tree, node, local_ray) = self;
             candidates(
                 lanes,
-                expand::rows(tree, node),
+                expand::rows(tree, None, node),
                 &local_ray.unit_ray,
                 [local_ray.from, local_ray.to],
             )

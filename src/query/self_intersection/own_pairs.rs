@@ -9,7 +9,7 @@ use crate::engine::frontier::{Origin, Pair};
 use crate::engine::options::{Mode, Options};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
-use crate::engine::triangles::{ids, is_full, pop_batch, push_all, rows};
+use crate::engine::triangles::{ids, is_full, points, pop_batch, push_all, rows};
 use crate::model::cost::{WORK_PER_EXACT_TEST, WORK_PER_TRIANGLE_TEST};
 use crate::tree::WIDTH;
 use punctual_geom::bits;
@@ -38,7 +38,7 @@ impl<'q> OwnPairs<'q> {
     }
 }
 
-impl Visitor for Traversal<'_, '_, OwnPairs<'_>> {
+impl<const POINTS: bool> Visitor for Traversal<'_, '_, OwnPairs<'_>, POINTS> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         self.workspace.frontier.pop()
@@ -49,7 +49,7 @@ impl Visitor for Traversal<'_, '_, OwnPairs<'_>> {
         self.question.is_same = pair.nodes[0] == pair.nodes[1];
         let (trees, relative) = ([self.a, self.b], self.relative);
         let measure = &mut Overlap::default();
-        expand(lanes, pair, trees, relative, measure, keys, self);
+        expand::<POINTS, _, _>(lanes, pair, trees, relative, measure, keys, self);
     }
 
     #[inline(always)]
@@ -79,7 +79,7 @@ impl Visitor for Traversal<'_, '_, OwnPairs<'_>> {
     }
 }
 
-impl Traversal<'_, '_, OwnPairs<'_>> {
+impl<const POINTS: bool> Traversal<'_, '_, OwnPairs<'_>, POINTS> {
     /// Tests up to eight waiting pairs: those that share vertices, then the others, and in `f64` what
     /// that leaves in doubt. Corners of different vertices may be at one position.
     #[inline(always)]
@@ -89,7 +89,14 @@ impl Traversal<'_, '_, OwnPairs<'_>> {
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
-        let rows = [rows(tree, pairs, 0), rows(tree, pairs, 1)];
+        let made = [
+            points::<POINTS>(tree, pairs, 0),
+            points::<POINTS>(tree, pairs, 1),
+        ];
+        let rows = [
+            rows(tree, &made[0], pairs, 0),
+            rows(tree, &made[1], pairs, 1),
+        ];
         let tested = (1 << count) - 1;
         let mut corners = [0; WIDTH];
         let mut strangers = 0;
@@ -133,7 +140,7 @@ impl Traversal<'_, '_, OwnPairs<'_>> {
     }
 }
 
-impl Sink for Traversal<'_, '_, OwnPairs<'_>> {
+impl<const POINTS: bool> Sink for Traversal<'_, '_, OwnPairs<'_>, POINTS> {
     #[inline(always)]
     fn stats(&mut self) -> &mut Stats {
         &mut self.workspace.run.stats

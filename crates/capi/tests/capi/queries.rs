@@ -336,7 +336,10 @@ fn self_queries_answer_as_in_rust() {
         };
         let certificate = native.certificate(&other).unwrap();
         assert_eq!(open.upper_bound, certificate.upper_bound());
-        assert_eq!(left.work.p50, native.remaining(&other, None).unwrap().work.p50);
+        assert_eq!(
+            left.work.p50,
+            native.remaining(&other, None).unwrap().work.p50
+        );
         // SAFETY: no box is asked for.
         let boxes = made(|count| unsafe {
             punctual_self_query_open_boxes(ask.0, Some(&workspace), null_mut(), 0, count)

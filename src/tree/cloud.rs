@@ -1,0 +1,470 @@
+//! Trees of point clouds. The leaves are blocks of eight points that are near each other, and are
+//! not stored: a query makes the leaf of a block when it opens it.
+//!
+//! Points are sorted along a Morton curve and cut into blocks; a binary SAH tree over the blocks is
+//! collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number of
+//! stored nodes on are those of the blocks. A point is a triangle without extent, so every question
+//! that can be asked about a mesh has the same proofs for a cloud.
+
+use super::binary;
+use super::collapse::Plan;
+use super::eight::Eight;
+use super::extremes::Extremes;
+use super::fit::Extent;
+use super::fork::Pieces;
+use super::options::Effort;
+use super::orientation::Orientation;
+use super::profile::{LevelProfile, Levels, Profiles};
+use super::update::{keep, leaf, set_own};
+use super::validate::TreeFault;
+use super::wide::{Node, WIDTH};
+use super::{Tree, TreeFileError, Triangle, Unit, next_identity};
+use crate::mesh::{Mesh, MeshError, Vertices};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::ops::Range;
+use glam::{DVec3, Vec3A};
+use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
+
+/// Where the points of each block are in tree order: eight for each block, but fewer for one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Blocks {
+    /// The block that is not full.
+    pub partial: u32,
+    /// Number of points that it lacks.
+    missing: u32,
+    points: u32,
+}
+
+impl Blocks {
+    /// The blocks of this many points, of which this one is not full.
+    pub fn new(points: usize, partial: u32) -> Self {
+        let count = points.div_ceil(WIDTH);
+        Self {
+            partial,
+            missing: (count * WIDTH - points) as u32,
+            points: points as u32,
+        }
+    }
+
+    pub fn count(self) -> usize {
+        (self.points as usize).div_ceil(WIDTH)
+    }
+
+    fn start(self, block: u32) -> u32 {
+        block * WIDTH as u32
+            - if block > self.partial {
+                self.missing
+            } else {
+                0
+            }
+    }
+
+    pub fn range(self, block: u32) -> Range<u32> {
+        self.start(block)..self.start(block + 1)
+    }
+
+    /// The block of a point (tree order).
+    pub fn of(self, point: u32) -> u32 {
+        let is_behind = point >= self.start(self.partial + 1);
+        (point + if is_behind { self.missing } else { 0 }) / WIDTH as u32
+    }
+}
+
+/// Eight points as the fast filters read triangles.
+pub(crate) type Points = [Triangle; WIDTH];
+
+/// The leaf of a block, and its points as the fast filters read triangles. The last point is
+/// repeated if there are fewer than eight.
+pub(crate) struct Leaf {
+    pub node: Node,
+    pub points: Points,
+}
+
+/// The node with a number: stored, or made from its block in `leaf`, a variable that has no value
+/// yet.
+macro_rules! node {
+    ($tree:expr, $number:expr, $leaf:ident) => {
+        match $tree.nodes().get($number as usize) {
+            Some(node) => node,
+            None => {
+                $leaf = $tree.made_leaf($number);
+                &$leaf.node
+            }
+        }
+    };
+}
+pub(crate) use node;
+
+impl Unit {
+    /// A point in unit coordinates, as a triangle without extent.
+    #[inline(always)]
+    fn place_point(&self, point: DVec3) -> Triangle {
+        let exact = self.point(point);
+        let [x, y, z] = exact.as_vec3().to_array();
+        let [u, v, w] = (exact - exact.as_vec3().as_dvec3()).as_vec3().to_array();
+        Triangle([[x, y, z, 0.0], [0.0; 4], [0.0, u, v, w]])
+    }
+}
+
+impl Tree {
+    /// Builds the tree of a point cloud: [`Mesh::from_points`], then [`new`](Self::new).
+    ///
+    /// Takes about 30 bytes a point. `O(n log n)`, on one thread; there are no options.
+    ///
+    /// ```
+    /// use punctual::{Pose, Query, Tree, Workspace, shapes};
+    /// let cloud = Tree::from_points([[0.0, 0.0, 3.0], [1.0, 0.0, 2.0]])?;
+    /// let ball = Tree::new(shapes::icosphere(3));
+    /// let distance = Query::new(&cloud, &ball, &Pose::IDENTITY).distance(&mut Workspace::new());
+    /// # let _ = distance;
+    /// # Ok::<(), punctual::MeshError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Mesh::from_points`].
+    pub fn from_points(points: impl IntoIterator<Item: Into<[f32; 3]>>) -> Result<Self, MeshError> {
+        Mesh::from_points(points).map(Self::new)
+    }
+
+    /// Builds the tree of a point cloud of f64 points: [`Mesh::from_points_f64`].
+    ///
+    /// # Errors
+    /// As [`Mesh::from_points_f64`].
+    pub fn from_points_f64(
+        points: impl IntoIterator<Item: Into<[f64; 3]>>,
+    ) -> Result<Self, MeshError> {
+        Mesh::from_points_f64(points).map(Self::new)
+    }
+
+    /// True for the tree of a point cloud.
+    #[inline]
+    pub fn is_cloud(&self) -> bool {
+        self.mesh.is_cloud()
+    }
+
+    pub(super) fn of_cloud(mesh: Mesh) -> Self {
+        let unit = Unit::of(&mesh);
+        let sorted = sorted(&mesh, &unit);
+        let last = sorted.len().div_ceil(WIDTH).saturating_sub(1) as u32;
+        let (nodes, order) = nodes_above(&mesh, &unit, &sorted);
+        let partial = order.iter().position(|&block| block == last);
+        let blocks = Blocks::new(sorted.len(), partial.unwrap_or(0) as u32);
+        let points_of = |&block: &u32| {
+            let first = block as usize * WIDTH;
+            &sorted[first..sorted.len().min(first + WIDTH)]
+        };
+        let mut ids = Vec::with_capacity(sorted.len());
+        order
+            .iter()
+            .for_each(|block| ids.extend_from_slice(points_of(block)));
+        Self::of_blocks(mesh, nodes, blocks, ids.into())
+    }
+
+    /// The tree of a cloud from what its file states.
+    pub(super) fn of_file(
+        mesh: Mesh,
+        nodes: Box<[Node]>,
+        partial: u64,
+        ids: Box<[u32]>,
+        built_cost: f32,
+    ) -> Result<Self, TreeFileError> {
+        let turned = nodes.iter().position(|node| node.orientation != 0);
+        if let Some(node) = turned {
+            return Err(TreeFault::Orientation(node).into());
+        }
+        if partial > 0 && partial >= ids.len().div_ceil(WIDTH) as u64 {
+            return Err(TreeFault::Children(0).into());
+        }
+        let blocks = Blocks::new(ids.len(), partial as u32);
+        Ok(Self {
+            built_cost,
+            ..Self::of_blocks(mesh, nodes, blocks, ids)
+        })
+    }
+
+    /// Completes the tree of a cloud from nodes over its blocks, still without boxes.
+    pub(super) fn of_blocks(
+        mesh: Mesh,
+        mut nodes: Box<[Node]>,
+        blocks: Blocks,
+        ids: Box<[u32]>,
+    ) -> Self {
+        let count = nodes.len() as u32;
+        for node in &mut nodes {
+            let (first, end) = (node.first_triangle, node.first_triangle + node.triangles);
+            node.first_triangle = blocks.start(first);
+            node.triangles = blocks.start(end).min(blocks.points) - node.first_triangle;
+            if node.is_leaf {
+                (node.is_leaf, node.first_child) = (false, count + first);
+            }
+        }
+        let profiles = Profiles::room(&mut nodes);
+        let (unit, identity) = (Unit::of(&mesh), next_identity());
+        let mut tree = Self {
+            mesh,
+            unit,
+            nodes,
+            blocks,
+            triangles: Box::default(),
+            corners: Box::default(),
+            ids,
+            profiles,
+            neighbors: Box::default(),
+            extremes: Extremes::default(),
+            solid: None,
+            built_cost: 0.0,
+            identity,
+            lineage: identity,
+        };
+        tree.fit_cloud();
+        tree.built_cost = tree.profiles.cost;
+        debug_assert_eq!(tree.validate(), Ok(()));
+        tree
+    }
+
+    /// The points of a block, in tree order.
+    pub(super) fn block(&self, node: u32) -> Range<u32> {
+        self.blocks.range(node - self.nodes.len() as u32)
+    }
+
+    /// Computes all boxes and profiles of a cloud. `O(n)`, and allocates nothing.
+    pub(super) fn fit_cloud(&mut self) {
+        Instructions::detect().run(Fit(self));
+    }
+
+    /// [`leaf`](Self::leaf), apart from code for stored nodes.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn made_leaf(&self, number: u32) -> Leaf {
+        Instructions::detect().run(Make(self, number))
+    }
+
+    /// Number of points or triangles below the active children of a node.
+    pub(crate) fn count_below(&self, number: u32, active: u8) -> u32 {
+        let of_leaf = |children: usize| (u32::from(active) & ((1 << children) - 1)).count_ones();
+        match self.nodes.get(number as usize) {
+            Some(node) if node.is_leaf => of_leaf(node.children.into()),
+            Some(node) => node.triangles,
+            None => of_leaf(self.block(number).len()),
+        }
+    }
+
+    /// [`Tree::nodes_above`] for a point.
+    pub(super) fn nodes_above_point(&self, point: u32) -> [u32; 2] {
+        let (stored, block) = (self.nodes.len() as u32, self.blocks.of(point));
+        let (mut parent, leaf) = (0, stored + block);
+        while self.nodes[parent as usize].first_child < stored {
+            let node = &self.nodes[parent as usize];
+            let has = |child: &u32| {
+                self.nodes[*child as usize]
+                    .triangle_range()
+                    .contains(&(point as usize))
+            };
+            let mut children = node.first_child..node.first_child + u32::from(node.children);
+            let Some(child) = children.find(has) else {
+                break;
+            };
+            parent = child;
+        }
+        [parent, leaf]
+    }
+
+    /// The first point of the block of a point (both in tree order).
+    #[cold]
+    #[inline(never)]
+    pub(super) fn first_of_block(&self, point: u32) -> u32 {
+        self.blocks.start(self.blocks.of(point))
+    }
+
+    /// The leaf of a block.
+    #[inline(always)]
+    pub(crate) fn leaf<L: Lanes>(&self, lanes: L, number: u32) -> Leaf {
+        let range = self.block(number);
+        let last = range.end - 1;
+        let points = self.points(per_lane!(i => last.min(range.start + i as u32)));
+        let mut node = Node {
+            first_child: range.start,
+            first_triangle: range.start,
+            triangles: range.end - range.start,
+            children: (range.end - range.start) as u8,
+            is_leaf: true,
+            height: 1,
+            levels: LEVELS[(range.end - range.start) as usize % LEVELS.len()],
+            ..Node::default()
+        };
+        node.set_orientation(&Orientation::IDENTITY);
+        let mut levels = [LevelProfile::default(); 2];
+        let levels = &mut Levels {
+            levels: &mut levels,
+            first: 0,
+        };
+        leaf(lanes, &mut node, &Eight::of_chunk(lanes, &points), levels);
+        Leaf { node, points }
+    }
+
+    /// Points (tree order) as the fast filters read triangles.
+    #[inline(always)]
+    pub(crate) fn points(&self, numbers: [u32; WIDTH]) -> Points {
+        let (unit, ids) = (&self.unit, &self.ids);
+        match self.mesh.vertices() {
+            Vertices::F32(points) => per_lane!(i => {
+                let [x, y, z] = points[ids[numbers[i] as usize] as usize];
+                unit.place_point(DVec3::new(x.into(), y.into(), z.into()))
+            }),
+            Vertices::F64(points) => per_lane!(i => {
+                unit.place_point(points[ids[numbers[i] as usize] as usize].into())
+            }),
+        }
+    }
+}
+
+/// log2 of the numbers of points in a block.
+const LEVELS: [f32; WIDTH + 1] = [
+    0.0,
+    0.0,
+    1.0,
+    1.584_962_5,
+    2.0,
+    2.321_928,
+    2.584_962_6,
+    2.807_355,
+    3.0,
+];
+
+/// The ids of the points along a Morton curve with 2^10 cells an axis; in one cell in input order.
+fn sorted(mesh: &Mesh, unit: &Unit) -> Vec<u32> {
+    const BITS: usize = 10;
+    const CELLS: usize = 1 << BITS;
+    let half = CELLS as f64 * 0.5;
+    let (mut keyed, mut counts) = (Vec::with_capacity(mesh.len()), [[0u32; CELLS]; 3]);
+    for id in 0..mesh.len() {
+        let cell = unit.point(mesh.vertex(id)) * half + half;
+        let [x, y, z] = cell
+            .to_array()
+            .map(|x| spread((x as u32).min(CELLS as u32 - 1)));
+        let code = x | y << 1 | z << 2;
+        for (pass, counts) in counts.iter_mut().enumerate() {
+            counts[(code >> (BITS * pass)) as usize % CELLS] += 1;
+        }
+        keyed.push((code, id as u32));
+    }
+    let mut other = alloc::vec![(0, 0); keyed.len()];
+    for (pass, counts) in counts.iter_mut().enumerate() {
+        let mut next = 0;
+        for count in &mut *counts {
+            next += core::mem::replace(count, next);
+        }
+        for &(code, id) in &keyed {
+            let place = &mut counts[(code >> (BITS * pass)) as usize % CELLS];
+            other[*place as usize] = (code, id);
+            *place += 1;
+        }
+        core::mem::swap(&mut keyed, &mut other);
+    }
+    keyed.iter().map(|&(_, id)| id).collect()
+}
+
+/// Moves bit `i` of ten to bit `3 i`.
+fn spread(x: u32) -> u32 {
+    let x = (x | x << 16) & 0x0300_00ff;
+    let x = (x | x << 8) & 0x0300_f00f;
+    let x = (x | x << 4) & 0x030c_30c3;
+    (x | x << 2) & 0x0924_9249
+}
+
+/// Nodes over the blocks of eight of `sorted` points, still without boxes, and the order of the
+/// blocks in them.
+fn nodes_above(mesh: &Mesh, unit: &Unit, sorted: &[u32]) -> (Box<[Node]>, Vec<u32>) {
+    let bounds = sorted.chunks(WIDTH).enumerate().map(|(block, ids)| {
+        let (mut min, mut max) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
+        for &id in ids {
+            let point = unit.point(mesh.vertex(id as usize)).as_vec3a();
+            (min, max) = (min.min(point), max.max(point));
+        }
+        binary::Bounds::new(block as u32, min.to_array(), max.to_array())
+    });
+    let tree = binary::over(bounds.collect(), Effort::Fast, Pieces::ONE);
+    let plan = Plan::of(&tree, &Orientation::IDENTITY);
+    (plan.nodes, tree.order)
+}
+
+struct Make<'t>(&'t Tree, u32);
+
+impl Kernel for Make<'_> {
+    type Output = Leaf;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Leaf {
+        self.0.leaf(lanes, self.1)
+    }
+}
+
+/// Computes all boxes and profiles of a cloud, bottom-up as [`super::update`].
+struct Fit<'t>(&'t mut Tree);
+
+impl Kernel for Fit<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Self(tree) = self;
+        let (mut nodes, mut profiles) = (
+            core::mem::take(&mut tree.nodes),
+            core::mem::take(&mut tree.profiles),
+        );
+        let (cloud, count) = (&*tree, nodes.len());
+        for number in (0..count).rev() {
+            let Some((node, later)) = nodes[number..].split_first_mut() else {
+                continue;
+            };
+            let first = node.first_child as usize;
+            let (mut own, mut area) = (Extent::EMPTY, 0.0);
+            for lane in (0..usize::from(node.children)).rev() {
+                let child = first + lane;
+                let extent = if child < count {
+                    let child = &mut later[child - number - 1];
+                    let ends = Extent::kept_in(child);
+                    area += child.size;
+                    set_own(child, &ends);
+                    ends
+                } else {
+                    cloud.extent((child - count) as u32)
+                };
+                let (center, half) = (extent.center(), extent.half());
+                for k in 0..3 {
+                    node.center[k][lane / 4].as_mut_array()[lane % 4] = center[k];
+                    node.half[k][lane / 4].as_mut_array()[lane % 4] = half[k];
+                }
+                own = own.union(extent);
+            }
+            let mut levels = Levels {
+                levels: &mut profiles.levels,
+                first: 0,
+            };
+            let half = own.half().to_array();
+            area += if first < count {
+                let children = &later[first - number - 1..][..usize::from(node.children)];
+                levels.measure(lanes, node, half, children)
+            } else {
+                levels.measure_blocks(lanes, node, half)
+            };
+            keep(node, &own, area);
+        }
+        profiles.end(&mut nodes);
+        (tree.nodes, tree.profiles) = (nodes, profiles);
+    }
+}
+
+impl Tree {
+    /// The box around the points of a block.
+    #[inline(always)]
+    fn extent(&self, block: u32) -> Extent {
+        let Range { start, end } = self.blocks.range(block);
+        let mut extent = Extent::EMPTY;
+        for &id in &self.ids[start as usize..end as usize] {
+            extent.add(self.unit.point(self.mesh.vertex(id as usize)).as_vec3a());
+        }
+        extent
+    }
+}
