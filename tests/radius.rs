@@ -410,7 +410,7 @@ fn rays_enter_balls_capsules_and_rounded_meshes() {
             let target = vector(&mut random, 1.0);
             let ray = Ray::new(origin, (target - origin) * random.between(0.1, 3.0)).unwrap();
             let query = Query::ray(tree, ray);
-            let found = run(&query, &mut workspace, &mut random, same_verdict, |_| ()).value;
+            let found = run(&query, &mut workspace, &mut random, PartialEq::eq, |_| ()).value;
             let bare = tree.clone().with_radius(0.0).unwrap();
             let gap = |workspace: &mut Workspace, t: f64| {
                 let place = ball(0.0);
