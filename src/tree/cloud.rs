@@ -167,7 +167,6 @@ impl Tree {
         nodes: Box<[Node]>,
         partial: u64,
         ids: Box<[u32]>,
-        built_cost: f32,
     ) -> Result<Self, TreeFileError> {
         let turned = nodes.iter().position(|node| node.orientation != 0);
         if let Some(node) = turned {
@@ -177,10 +176,7 @@ impl Tree {
             return Err(TreeFault::Children(0).into());
         }
         let blocks = Blocks::new(ids.len(), partial as u32);
-        Ok(Self {
-            built_cost,
-            ..Self::of_blocks(mesh, nodes, blocks, ids)
-        })
+        Ok(Self::of_blocks(mesh, nodes, blocks, ids))
     }
 
     /// Completes the tree of a cloud from nodes over its blocks, still without boxes.
@@ -214,6 +210,7 @@ impl Tree {
             extremes: Extremes::default(),
             solid: None,
             built_cost: 0.0,
+            radius: 0.0,
             identity,
             lineage: identity,
         };

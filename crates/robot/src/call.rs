@@ -166,8 +166,8 @@ impl<'c> Call<'c, '_> {
             may_intersect |= gap < -2.0 * margin;
         }
         let memory = with_memory.then_some(pair);
-        let (pose, margins) = (to_pose(&b_in_a), [a.margin, b.margin]);
-        if may_intersect && margins == [0.0; 2] {
+        let pose = to_pose(&b_in_a);
+        if may_intersect && a.tree.radius() + b.tree.radius() == 0.0 {
             let query = Query::<Intersection>::intersection(&a.tree, &b.tree, pose);
             let (verdict, end) = self.run(&query, memory);
             end?;
@@ -175,7 +175,7 @@ impl<'c> Call<'c, '_> {
                 return Ok(verdict != Verdict::Separated);
             }
         }
-        let query = Query::distance(&a.tree, &b.tree, pose).margins(margins);
+        let query = Query::distance(&a.tree, &b.tree, pose);
         let (bounds, end) = self.run(&query.closer_than(margin), memory);
         // If f64 cannot tell a pair from one at the margin, it counts as within it.
         end.map(|()| bounds.closer != Some(false))
@@ -188,8 +188,7 @@ impl<'c> Call<'c, '_> {
         ask: impl for<'q> Fn(Query<'q, Distance>) -> Query<'q, Distance>,
     ) -> (distance::Bounds, Result<(), StopReason>) {
         let (_, [a, b], b_in_a) = self.pair(pair);
-        let query =
-            Query::distance(&a.tree, &b.tree, to_pose(&b_in_a)).margins([a.margin, b.margin]);
+        let query = Query::distance(&a.tree, &b.tree, to_pose(&b_in_a));
         self.run(&ask(query), Some(pair))
     }
 
