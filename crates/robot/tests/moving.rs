@@ -249,11 +249,12 @@ fn polynomials_are_never_contradicted() {
     }
 }
 
-/// A plan of lines and a bend, from a free configuration.
+/// A plan of lines and a bend, from a free configuration if there is one.
 fn plan(seed: u64, truth: &mut Truth) -> Trajectory {
     let rows = configurations(40, seed);
     let mut free = rows.iter().filter(|q| truth.is_free(q, 0.0));
-    let (from, to) = (free.next().unwrap(), free.next().unwrap());
+    let mut next = |i: usize| free.next().unwrap_or(&rows[i]);
+    let (from, to) = (next(0), next(1));
     let velocity: Vec<f64> = from.iter().zip(to).map(|(a, b)| (b - a) / 0.3).collect();
     let mut plan = Trajectory::default();
     plan.push(0.15, &[from, &velocity]).unwrap();
