@@ -57,11 +57,18 @@ pub fn load(file: &Path) -> Result<Loaded, FileError> {
     load_with(file, &ReadOptions::default())
 }
 
-/// Reads the mesh of a file with options.
+/// Reads the mesh of a file with options. Files of [points](points::PointFormat::EXTENSIONS) are
+/// clouds ([`Mesh::is_cloud`]).
 ///
 /// # Errors
 /// Those of [`load`].
 pub fn load_with(file: &Path, options: &ReadOptions) -> Result<Loaded, FileError> {
+    if points::PointFormat::EXTENSIONS.contains(&&*format::extension(file)) {
+        let points::Points { points, notices } = points::load_points(file, options)?;
+        let mesh = Mesh::from_points_f64(points)
+            .map_err(|error| FileError::new(file, ReadError::new(error.to_string())))?;
+        return Ok(Loaded { mesh, notices });
+    }
     let format = Format::of(file).map_err(|error| FileError::new(file, error))?;
     let bytes = std::fs::read(file).map_err(|error| FileError::from_io(file, &error))?;
     let options = options.clone().in_folder_of(file);

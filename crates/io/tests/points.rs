@@ -1,7 +1,7 @@
 //! Points are read as they were written, in every format; a fault is named with its place.
 
 use punctual_io::points::{PointFormat, load_points, read_points};
-use punctual_io::{Format, ReadOptions};
+use punctual_io::{Format, ReadOptions, load_with};
 
 const POINTS: [[f64; 3]; 3] = [[0.5, -1.25, 3.0], [1e-3, 2.0, -7.5], [100.0, 0.0, 0.25]];
 
@@ -204,4 +204,16 @@ fn faults_of_points_are_named_with_their_place() {
         error.starts_with("cloud.zip: no format of points by its extension; use one of .xyz"),
         "{error}"
     );
+}
+
+#[test]
+fn a_file_of_points_is_loaded_as_a_cloud() {
+    let file = std::env::temp_dir().join(format!("punctual-{}.xyz", std::process::id()));
+    std::fs::write(&file, "1 2 3\n4 5 6\n").unwrap();
+    let cloud = load_with(&file, &ReadOptions::default().scale(0.5))
+        .unwrap()
+        .mesh;
+    std::fs::remove_file(&file).unwrap();
+    assert!(cloud.is_cloud() && cloud.len() == 2);
+    assert_eq!(cloud.vertex(1).to_array(), [2.0, 2.5, 3.0]);
 }
