@@ -27,6 +27,8 @@ pub struct Options {
     pub pair_limit: usize,
     /// True for the simplest rival: a stack, nothing ranked, traced or remembered.
     pub is_plain: bool,
+    /// Triangles no farther apart than this meet: the sum of the radii of the trees.
+    pub reach: f64,
 }
 
 impl Options {
@@ -35,6 +37,7 @@ impl Options {
         order: Order::Penetration,
         pair_limit: usize::MAX,
         is_plain: false,
+        reach: 0.0,
     };
 }
 
@@ -71,7 +74,7 @@ pub struct MotionOptions {
     /// in time.
     pub length: Option<f64>,
     pub time: f64,
-    /// Sum of the margins of both surfaces.
+    /// Sum of the margins and radii of both surfaces.
     pub margin: f64,
 }
 

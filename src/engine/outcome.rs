@@ -16,14 +16,16 @@ pub enum Verdict {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
     },
-    /// Proven: these triangles are no farther apart than the sum of the margins of both bodies.
-    /// Occurs only for bodies of a `punctual_scene::Scene` of which one has a
-    /// margin. Says nothing on whether some triangles share a point.
+    /// Proven: these triangles are no farther apart than the sum of the margins and radii of both
+    /// bodies, up to 4e-14 times the diagonal of the box around both triangles. Occurs only for
+    /// trees of which one has a [radius](crate::Tree::with_radius), and for bodies of a
+    /// `punctual_scene::Scene` of which one has a margin. Says nothing on whether some triangles
+    /// share a point.
     Within {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
         /// Proven upper bound of their distance in A's frame, in the length unit of the meshes,
-        /// margins not subtracted. Above 0, and at most the sum of the margins.
+        /// neither margins nor radii subtracted. Above 0.
         distance: f64,
     },
     /// Proven: the surfaces do not meet, but this body, or a component of it, is inside the other.
@@ -34,8 +36,8 @@ pub enum Verdict {
         /// The body that is inside the other.
         inner: Operand,
     },
-    /// Proven: no triangle of A shares a point with one of B. For bodies with margins, also none is
-    /// within the margins. For solids, also no component of one is inside the other, if that is
+    /// Proven: no triangle of A shares a point with one of B. For bodies with margins or radii, also
+    /// none is within them. For solids, also no component of one is inside the other, if that is
     /// closed.
     Separated,
     /// The budget ended before the answer was known. [`crate::Query::certificate`] bounds what is

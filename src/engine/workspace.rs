@@ -56,6 +56,8 @@ pub(crate) struct Run {
     pub stats: Stats,
     /// The first pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
+    /// How far its cores are apart, if surfaces have radii.
+    pub apart: f64,
     pub containment: Containment,
 }
 
@@ -68,6 +70,7 @@ impl Run {
         self.stopped = false;
         self.stats = Stats::default();
         self.witness = None;
+        self.apart = 0.0;
         self.containment = Containment::Open;
     }
 
@@ -82,7 +85,7 @@ impl Run {
     /// The verdict of a run that ended for this reason.
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         match (self.witness, stop) {
-            (Some(witness), _) => Verdict::Intersecting { witness },
+            (Some(witness), _) => Verdict::of_witness(witness, self.apart),
             (None, StopReason::Finished) => Verdict::Separated,
             _ => Verdict::Undecided,
         }
@@ -173,6 +176,7 @@ impl Workspace {
                 stopped: false,
                 stats: Stats::default(),
                 witness: None,
+                apart: 0.0,
                 containment: Containment::Open,
             },
         }

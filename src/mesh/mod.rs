@@ -81,6 +81,12 @@ pub enum MeshError {
         /// The factor.
         factor: f64,
     },
+    /// Factors of [`crate::Tree::scaled`] for a tree with a radius differ in more than their signs,
+    /// or the radius would exceed 2^1000.
+    Radius {
+        /// The factors.
+        factors: [f64; 3],
+    },
     /// The mesh has more than 2^30 triangles.
     TooManyTriangles {
         /// Number of triangles.
@@ -115,6 +121,12 @@ impl fmt::Display for MeshError {
                 write!(
                     f,
                     "factor {factor} along axis {axis}, must be finite and not 0"
+                )
+            }
+            Self::Radius { factors } => {
+                write!(
+                    f,
+                    "factors {factors:?} for a tree with a radius, must be equal but for signs"
                 )
             }
             Self::TooManyTriangles { triangles } => {

@@ -21,8 +21,11 @@ const MARGIN: f64 = 128.0 * f64::EPSILON;
 /// is less than 18 roundings; the term has 32.
 const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 
+/// Covers the rounding of the sums with a radius.
+const THICKER: f64 = 1.0 + 8.0 * f64::EPSILON;
+
 impl Tree {
-    /// A box around the mesh at a pose, along the axes into which the pose maps; empty if the mesh
+    /// A box around the (thickened) mesh at a pose, along the axes into which the pose maps; empty if the mesh
     /// is. Takes constant time.
     ///
     /// It surrounds the rotated boxes of the root's children. They fit more closely than the
@@ -39,7 +42,9 @@ impl Tree {
         let origin = pose.transform_point(local);
         let magnitude =
             local.abs().max_element() + pose.translation().abs().max_element() + 4.0 * unit;
-        let margin = DVec3::splat(MARGIN * magnitude + UNIT_MARGIN * unit + UNDERFLOW);
+        let margin = DVec3::splat(
+            MARGIN * magnitude + UNIT_MARGIN * unit + UNDERFLOW + self.radius * THICKER,
+        );
         Aabb {
             min: origin + low * unit - margin,
             max: origin + high * unit + margin,

@@ -13,8 +13,8 @@
 //! | bytes | content |
 //! |---:|---|
 //! | 8 | `PUNCTREE` |
-//! | 4 | version: 2 for a solid, else 1 |
-//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; + 1024 for a solid; + 256 is ignored |
+//! | 4 | version: 3 with a radius, 2 for a solid, else 1 |
+//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; + 1024 for a solid; + 2048 with a radius; + 256 is ignored |
 //! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
@@ -22,6 +22,7 @@
 //! | 4 a triangle | its index in the mesh, in tree order |
 //! | 1 a node | number of children; + 16 if they are triangles; + 32 if it has an orientation |
 //! | 36 an orientation | columns of the rotation, `f32`, in the order of the nodes |
+//! | 8 | radius, `f64`, if there is one |
 //! | 4 | CRC-32 (ISO-HDLC, as in zip and png) of all bytes before |
 //!
 //! A node without an orientation has that of its parent. Nodes are in the order of the tree: the
@@ -42,20 +43,23 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::{fmt, slice};
 use glam::{Mat3, Mat3A};
+use punctual_geom::tolerance::COORDINATE_LIMIT;
 
 const MAGIC: [u8; 8] = *b"PUNCTREE";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Flags added to the size of a coordinate, 4 or 8, whose own bit is `IS_F64`. `IGNORED` has no
 /// meaning. `HAS_EXTREMES` is set if the tree keeps extremes, `IS_SOLID` if it is one of a solid;
-/// loading recomputes what they stand for.
+/// loading recomputes what they stand for. `HAS_RADIUS` is set if the radius is not 0.
 const IS_F64: u32 = 8;
 const IGNORED: u32 = 1 << 8;
 const HAS_EXTREMES: u32 = 1 << 9;
 const IS_SOLID: u32 = 1 << 10;
+const HAS_RADIUS: u32 = 1 << 11;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
 const ORIENTATION: usize = 36;
+const RADIUS: usize = 8;
 
 /// Flags added to the number of children: the children are triangles; the orientation differs from
 /// the parent's.
@@ -93,6 +97,8 @@ pub enum TreeFileError {
     CoordinateSize(u32),
     /// The SAH cost is negative or not finite.
     Cost(f32),
+    /// The radius is 0, negative, more than 2^1000 or NaN.
+    Radius(f64),
     /// The number of orientations differs from the number of nodes that need one.
     Orientations {
         /// Number of orientations in the header.
@@ -131,6 +137,7 @@ impl fmt::Display for TreeFileError {
                 write!(f, "header: a coordinate of {bytes} bytes, not 4 or 8")
             }
             Self::Cost(cost) => write!(f, "header: the SAH cost {cost} is negative or not finite"),
+            Self::Radius(radius) => write!(f, "the radius {radius} is not above 0, up to 2^1000"),
             Self::Orientations { stored, needed } => {
                 write!(f, "{stored} orientations for {needed} nodes that need one")
             }
@@ -171,8 +178,12 @@ impl Header {
     }
 
     fn write(&self, bytes: &mut Vec<u8>) {
-        // Older readers know all but solids.
-        let version = if self.has(IS_SOLID) { VERSION } else { 1 };
+        // Older readers know all but solids and radii.
+        let version = match (self.has(HAS_RADIUS), self.has(IS_SOLID)) {
+            (true, _) => VERSION,
+            (false, true) => 2,
+            (false, false) => 1,
+        };
         bytes.extend(MAGIC);
         bytes.extend([version, self.kind].into_iter().flat_map(u32::to_le_bytes));
         bytes.extend(self.counts.into_iter().flat_map(u64::to_le_bytes));
@@ -199,7 +210,8 @@ impl Header {
                 supported: VERSION,
             });
         }
-        let known = IGNORED | HAS_EXTREMES | if version > 1 { IS_SOLID } else { 0 };
+        let since = |least: u32, flag: u32| if version >= least { flag } else { 0 };
+        let known = IGNORED | HAS_EXTREMES | since(2, IS_SOLID) | since(3, HAS_RADIUS);
         if ![4, 8].contains(&(kind & !known)) {
             return Err(TreeFileError::CoordinateSize(kind & !known));
         }
@@ -211,7 +223,7 @@ impl Header {
     }
 
     /// Bytes of each part after the header.
-    fn parts(&self) -> [u128; 5] {
+    fn parts(&self) -> [u128; 6] {
         let vertex = if self.has(IS_F64) { 24 } else { 12 };
         let [vertices, triangles, nodes, orientations] = self.counts.map(u128::from);
         [
@@ -220,6 +232,11 @@ impl Header {
             4 * triangles,
             nodes,
             ORIENTATION as u128 * orientations,
+            if self.has(HAS_RADIUS) {
+                RADIUS as u128
+            } else {
+                0
+            },
         ]
     }
 
@@ -255,6 +272,9 @@ impl Tree {
                 bytes.extend(entries.into_iter().flat_map(f32::to_le_bytes));
             }
         }
+        if header.has(HAS_RADIUS) {
+            bytes.extend(self.radius.to_le_bytes());
+        }
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         bytes
     }
@@ -276,7 +296,8 @@ impl Tree {
         Header {
             kind: if self.mesh.is_f32() { 4 } else { IS_F64 }
                 | flag(self.has_extremes(), HAS_EXTREMES)
-                | flag(self.solid.is_some(), IS_SOLID),
+                | flag(self.solid.is_some(), IS_SOLID)
+                | flag(self.radius > 0.0, HAS_RADIUS),
             counts: counts.map(|count| count as u64),
             cost: self.built_cost,
         }
@@ -313,7 +334,7 @@ impl Tree {
             return Err(TreeFileError::Checksum { stored, computed });
         }
         let mut rest = &content[HEADER..];
-        let [vertices, triangles, order, shapes, orientations] = parts.map(|length| {
+        let [vertices, triangles, order, shapes, orientations, radius] = parts.map(|length| {
             let (part, after) = rest.split_at(length as usize);
             rest = after;
             part
@@ -326,6 +347,11 @@ impl Tree {
         let mut nodes = nodes(shapes, mesh.len(), orientations)?;
         if !(header.cost >= 0.0 && header.cost.is_finite()) {
             return Err(TreeFileError::Cost(header.cost));
+        }
+        let radius = radius.first_chunk::<RADIUS>();
+        let radius = radius.map(|bytes| f64::from_le_bytes(*bytes));
+        if let Some(radius) = radius.filter(|r| !(0.0 < *r && *r <= COORDINATE_LIMIT)) {
+            return Err(TreeFileError::Radius(radius));
         }
         let unit = Unit::of(&mesh);
         let placed = Placed::of(&mesh, unit, &ids, Pieces::ONE);
@@ -344,6 +370,7 @@ impl Tree {
         let tree = Self::of_nodes(mesh, unit, nodes, profiles, placed, ids, &options);
         Ok(Self {
             built_cost: header.cost,
+            radius: radius.unwrap_or(0.0),
             ..tree
         })
     }

@@ -40,6 +40,12 @@ const CUBE_MARGIN: f64 = 1.0 / (1 << 20) as f64;
 /// Largest error of an origin for which `f32` is useful.
 const LARGEST_POSITION_ERROR: f64 = 0.01;
 
+/// Largest radius in units for which `f32` is useful.
+const LARGEST_RADIUS: f64 = 1e6;
+
+/// Covers the rounding of a radius to `f32`.
+const THICKER: f64 = 1.0 + 1e-6;
+
 /// Least component of a direction.
 const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
@@ -52,21 +58,32 @@ impl Default for LocalRay {
 impl LocalRay {
     #[inline(always)]
     pub fn new(unit: &Unit, ray: &Ray) -> Self {
+        Self::near(unit, ray, 0.0)
+    }
+
+    /// The local ray for boxes that are thickened by a radius, in the length unit of the mesh.
+    #[inline(always)]
+    pub fn near(unit: &Unit, ray: &Ray, radius: f64) -> Self {
         let mut local_ray = Self::BLIND;
-        local_ray.follow(unit, ray);
+        local_ray.follow(unit, ray, radius);
         local_ray
     }
 
-    /// Makes this the local ray of another ray. In place, because returning one of two cases takes
+    /// Makes this the local ray of another ray, for boxes thickened by a radius. In place, because returning one of two cases takes
     /// thirty more instructions.
     #[inline(always)]
-    pub fn follow(&mut self, unit: &Unit, ray: &Ray) {
+    pub fn follow(&mut self, unit: &Unit, ray: &Ray, radius: f64) {
+        let radius = radius * unit.scale();
         let aim = Aim::new(ray);
         let exponent = unit.exponent - aim.exponent;
         let (origin, direction) = (unit.point(ray.origin()), aim.direction);
         let reach = largest_size(origin);
         let position_error = 8.0 * f64::EPSILON * reach;
-        if !(aim.is_plain() && exponent.abs() <= 1000 && position_error <= LARGEST_POSITION_ERROR) {
+        if !(aim.is_plain()
+            && exponent.abs() <= 1000
+            && position_error <= LARGEST_POSITION_ERROR
+            && radius <= LARGEST_RADIUS)
+        {
             *self = Self::BLIND;
             return;
         }
@@ -81,7 +98,7 @@ impl LocalRay {
         if reach > NEAR {
             // If a component is 0 and the origin is in a plane of the cube, these are NaN and
             // change nothing.
-            let side = DVec3::splat(1.0 + CUBE_MARGIN + 2.0 * position_error);
+            let side = DVec3::splat(1.0 + CUBE_MARGIN + 2.0 * position_error + radius * THICKER);
             let inverse = 1.0 / direction;
             let (one, other) = ((-side - origin) * inverse, (side - origin) * inverse);
             entry = later(
@@ -95,20 +112,19 @@ impl LocalRay {
                 other.z,
             );
         }
-        let t_error = 1e-6 + 4e-11 * (entry + reach + 4.0);
+        // All lengths grow with the radius, and so do their roundings.
+        let grown = 1.0 + radius;
+        let t_error = (1e-6 + 4e-11 * (entry + reach + 4.0)) * grown;
+        let largest = LARGEST_PARAMETER * grown as f32;
         let left = last - entry + t_error;
         self.unit_ray.origin = (origin + direction * entry).as_vec3().to_array();
         self.unit_ray.direction = direction.as_vec3().to_array();
         self.unit_ray.position_error = position_error as f32;
-        self.from = ((t_min * per_unit - entry - t_error) as f32).clamp(0.0, LARGEST_PARAMETER);
+        self.from = ((t_min * per_unit - entry - t_error) as f32).clamp(0.0, largest);
         let left = left as f32;
-        self.to = if left > 0.0 {
-            left.min(LARGEST_PARAMETER)
-        } else {
-            -1.0
-        };
+        self.to = if left > 0.0 { left.min(largest) } else { -1.0 };
         (self.entry, self.unit, self.t_error) = (entry, unit, t_error);
-        self.margin = MARGIN + position_error as f32;
+        self.margin = (MARGIN + position_error as f32) * grown as f32 + (radius * THICKER) as f32;
     }
 
     /// A local ray that also covers rays whose origin and direction are off by `position_error`

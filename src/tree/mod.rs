@@ -55,6 +55,7 @@ pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
 
+use crate::engine::options::OptionError;
 use crate::mesh::Mesh;
 use adjacency::Neighbors;
 use alloc::boxed::Box;
@@ -66,6 +67,7 @@ use glam::{DVec3, Mat3, Vec3};
 use orientation::Orientation;
 use place::Placed;
 use profile::Profiles;
+use punctual_geom::tolerance::COORDINATE_LIMIT;
 
 /// A mesh with its bounding volume tree.
 #[derive(Clone, Debug)]
@@ -87,6 +89,8 @@ pub struct Tree {
     solid: Option<Solidity>,
     /// SAH cost after the build.
     built_cost: f32,
+    /// The surface counts as thickened by a ball of this radius.
+    radius: f64,
     identity: usize,
     lineage: usize,
 }
@@ -221,6 +225,7 @@ impl Tree {
             extremes,
             solid: None,
             built_cost,
+            radius: 0.0,
             identity,
             lineage,
         };
@@ -239,13 +244,53 @@ impl Tree {
         self.unit.length()
     }
 
-    /// [`unit_length`](Self::unit_length), but 0 for a mesh that is a single point.
+    /// [`unit_length`](Self::unit_length), or 0 for a mesh that is a single point, and the radius.
     pub(crate) fn size(&self) -> f64 {
-        if self.unit.is_point {
+        let core = if self.unit.is_point {
             0.0
         } else {
             self.unit.length()
+        };
+        core + self.radius
+    }
+
+    /// Thickens the surface by a ball: every question is about the points no farther than `radius`
+    /// from the mesh, the *core*. A point becomes a ball, a segment a capsule, a box a rounded box.
+    /// The default is 0. Clones, refits and files keep it. `O(1)`.
+    ///
+    /// The radius is in the length unit of the mesh. It adds to the margins of queries and bodies.
+    ///
+    /// ```
+    /// use punctual::glam::DMat3;
+    /// use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace};
+    /// let point = Mesh::new([[0.0_f32; 3]], [[0; 3]])?;
+    /// let ball = Tree::new(point).with_radius(0.5)?;
+    /// let pose = Pose::new(DMat3::IDENTITY, [0.0, 0.0, 3.0])?;
+    /// let query = Query::distance(&ball, &ball, pose);
+    /// let found = query.run(&mut Workspace::new(), Budget::unlimited()).value;
+    /// assert!(found.low <= 2.0 && 2.0 <= found.high && found.high - found.low < 1e-5);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the radius is negative, NaN or more than 2^1000.
+    pub fn with_radius(mut self, radius: f64) -> Result<Self, OptionError> {
+        let mut fault = None;
+        OptionError::note(&mut fault, "radius", radius, COORDINATE_LIMIT);
+        match fault {
+            Some(fault) => Err(fault),
+            None => {
+                if radius != self.radius {
+                    (self.radius, self.identity) = (radius, next_identity());
+                }
+                Ok(self)
+            }
         }
+    }
+
+    /// The radius of [`Tree::with_radius`].
+    pub fn radius(&self) -> f64 {
+        self.radius
     }
 
     /// The whole tree as a subtree; `None` for an empty mesh.

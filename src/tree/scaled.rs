@@ -10,6 +10,7 @@ use crate::mesh::{MeshError, mirrors};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use glam::DVec3;
+use punctual_geom::tolerance::COORDINATE_LIMIT;
 
 impl Tree {
     /// The tree of [`Mesh::scaled_by`](crate::Mesh::scaled_by): an instance of a mesh with another
@@ -29,9 +30,18 @@ impl Tree {
     /// ```
     ///
     /// # Errors
-    /// As [`Mesh::scaled_by`](crate::Mesh::scaled_by).
+    /// As [`Mesh::scaled_by`](crate::Mesh::scaled_by), and [`MeshError::Radius`] for a tree with a
+    /// [radius](Self::with_radius), which scales with the mesh, if the factors differ in more than
+    /// their signs: a ball would become an ellipsoid.
     pub fn scaled(&self, factors: impl Into<[f64; 3]>) -> Result<Self, MeshError> {
         let factors = DVec3::from_array(factors.into());
+        let radius = self.radius * factors.x.abs();
+        let is_uniform = factors.abs() == DVec3::splat(factors.x.abs());
+        if self.radius > 0.0 && !(is_uniform && radius <= COORDINATE_LIMIT) {
+            return Err(MeshError::Radius {
+                factors: factors.to_array(),
+            });
+        }
         let mut tree = Self {
             mesh: self.mesh.scaled_by(factors)?,
             unit: self.unit,
@@ -44,6 +54,7 @@ impl Tree {
             extremes: Extremes::default(),
             solid: None,
             built_cost: self.built_cost,
+            radius,
             identity: self.identity,
             lineage: self.lineage,
         };

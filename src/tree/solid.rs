@@ -104,6 +104,11 @@ pub enum SolidError {
         /// The vertices of one of them.
         edge: [u32; 2],
     },
+    /// The tree has a radius, and integrals over a thickened solid are not known.
+    Thickened {
+        /// The radius.
+        radius: f64,
+    },
     /// The volume is 0, within rounding, or too large or small for `f64`.
     NoVolume {
         /// What was computed.
@@ -131,6 +136,10 @@ impl fmt::Display for SolidError {
             } => write!(
                 f,
                 "the solid has {edges} open edges, one from vertex {from} to vertex {to}"
+            ),
+            Self::Thickened { radius } => write!(
+                f,
+                "the mass of a solid thickened by a radius, here {radius}, is not computed"
             ),
             Self::NoVolume { volume } => {
                 write!(f, "the solid has no volume within rounding: {volume}")

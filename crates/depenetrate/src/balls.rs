@@ -117,7 +117,7 @@ impl Machine<'_, '_, '_> {
     }
 
     fn plant(&mut self, of_b: bool, place: DVec3, normal: Option<DVec3>) {
-        if self.asked.asked.push_only || !self.has_inside(of_b) {
+        if self.asked.asked.push_only || self.state.is_thick || !self.has_inside(of_b) {
             return;
         }
         let radius = 0.5 * self.size();

@@ -23,6 +23,7 @@ impl Machine<'_, '_, '_> {
         let rounding = self.state.rounding;
         if let Some((margin, pair)) = &self.state.widest
             && !self.asked.asked.push_only
+            && !self.state.is_thick
             && 0.9 * margin > RESOLUTION * rounding
             && pair.fills_cube(0.9 * margin)
         {
@@ -32,7 +33,7 @@ impl Machine<'_, '_, '_> {
         let radius = self.state.low;
         self.state.task = if !self.state.seeds.is_empty() && radius < DEEP * self.state.high {
             Task::Grow
-        } else if radius <= RESOLUTION * rounding {
+        } else if self.state.is_thick || radius <= RESOLUTION * rounding {
             self.explore_all()
         } else {
             self.state.seeds.clear();

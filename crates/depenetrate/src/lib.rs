@@ -56,6 +56,10 @@ const TOLERANCE: f64 = 1e-3;
 /// its end, or a plane between the two found them apart. Both bounds only improve with more budget
 /// of work. Where they are apart at the pose itself, both are 0.
 ///
+/// Trees may have a [radius](punctual::Tree::with_radius): the search is about the cores first, then
+/// about pushes of the thickened bodies. `low` is tight where the cores are apart, and where they are
+/// convex.
+///
 /// Apart means: no triangle of A shares a point with one of B. With [`solid`](Self::solid) it also
 /// means that no component of one mesh is inside of the other.
 ///

@@ -19,6 +19,7 @@ use punctual::engine::{Ask, Deadline, Question};
 use punctual::intersection::Intersection;
 use punctual::{Answer, Budget, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace};
 use punctual_geom::Pose;
+use punctual_geom::triangle::distance::closest;
 
 /// Work of the longest task outside of queries.
 pub(super) const STEP: u64 = MAX_PENETRATION_STEP_WORK;
@@ -61,6 +62,8 @@ pub(super) enum Task {
     Try(usize, Option<(Advance, usize)>),
     /// Splits the current cone.
     Split,
+    /// Asks how far the cores are apart, of thickened bodies.
+    Measure,
     Over,
 }
 
@@ -110,6 +113,10 @@ pub(super) struct State {
     /// A point of B inside A proves that a push no longer than the first of these does not
     /// separate. A point of A inside B proves it up to the second.
     pub longest: [f64; 2],
+    /// Sum of the radii of the trees, while the search is about the cores; then 0.
+    pub radii: f64,
+    /// True once it is about thickened bodies.
+    pub is_thick: bool,
     stats: Stats,
 }
 
@@ -170,6 +177,8 @@ impl State {
             least_scale,
             back: pose.inverse().unwrap_or(Pose::IDENTITY),
             longest: [false, true].map(longest),
+            radii: query.radii(),
+            is_thick: false,
             stats: Stats::default(),
         }
     }
@@ -188,13 +197,46 @@ impl State {
     }
 
     fn deeper(&self) -> Option<bool> {
-        let limit = self.key.1.limit;
+        let (limit, [low, high]) = (self.key.1.limit, self.bounds());
         match limit {
             f64::INFINITY => None,
-            _ if self.low > limit => Some(true),
-            _ if self.high <= limit => Some(false),
+            _ if low > limit => Some(true),
+            _ if high <= limit => Some(false),
             _ => None,
         }
+    }
+
+    /// The bounds of the depth. If the cores penetrate each other, the bodies do so deeper by both
+    /// radii: the translations at which they meet hold a ball of the radii around each of those of
+    /// the cores, so a way out of them is longer by that.
+    fn bounds(&self) -> [f64; 2] {
+        match self.radii {
+            0.0 => [self.low, self.high],
+            radii if self.low > 0.0 => [self.deep(radii), f64::INFINITY],
+            _ => [0.0, f64::INFINITY],
+        }
+    }
+
+    fn deep(&self, radii: f64) -> f64 {
+        (self.low + radii) * (1.0 - 4.0 * f64::EPSILON) - self.rounding
+    }
+
+    /// Turns from the cores to the thickened bodies, whose depth is not less than that of the cores
+    /// and their radii.
+    fn thicken(&mut self) {
+        let radii = core::mem::take(&mut self.radii);
+        let has_push = 0.0 < self.high && self.high < f64::INFINITY;
+        self.deepest = has_push.then_some((self.direction, self.high + radii));
+        self.low = if self.low > 0.0 {
+            self.deep(radii)
+        } else {
+            0.0
+        };
+        (self.high, self.direction) = (f64::INFINITY, DVec3::ZERO);
+        (self.is_thick, self.turned, self.current) = (true, None, None);
+        self.likely.clear();
+        self.seeds.clear();
+        self.task = Task::Measure;
     }
 
     /// No translation shorter than this separates.
@@ -230,8 +272,12 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
     pub fn run(mut self) -> Answer<Penetration> {
         let stop = loop {
             if self.state.is_over() {
-                self.state.task = Task::Over;
-                break StopReason::Finished;
+                if self.state.radii == 0.0 || self.state.deeper().is_some() {
+                    self.state.task = Task::Over;
+                    break StopReason::Finished;
+                }
+                self.state.thicken();
+                continue;
             }
             if let Err(stop) = self.step() {
                 break stop;
@@ -243,11 +289,13 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
             let total = &mut state.stats.elapsed;
             *total = Some(total.unwrap_or_default().saturating_add(elapsed));
         }
-        let direction = (state.direction != DVec3::ZERO).then_some(state.direction);
-        let push = direction.map_or(DVec3::ZERO, |direction| direction * state.high);
+        let [low, high] = state.bounds();
+        let direction = Some(state.direction).filter(|_| state.radii == 0.0);
+        let direction = direction.filter(|direction| *direction != DVec3::ZERO);
+        let push = direction.map_or(DVec3::ZERO, |direction| direction * high);
         let value = Penetration {
-            low: state.low,
-            high: state.high,
+            low,
+            high,
             direction,
             b_in_a: self.asked.pushed(push),
             deeper: state.deeper(),
@@ -268,6 +316,7 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
             Task::Pick => self.pick(),
             Task::Try(next, best) => self.try_sets(next, best),
             Task::Split => self.split(),
+            Task::Measure => self.measure(),
             Task::Over => Ok(()),
         }
     }
@@ -321,7 +370,48 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
     /// What blocks a push, if anything does.
     pub fn obstacle(&mut self, at: DVec3) -> Step<Verdict> {
         let query = Query::intersection(self.asked.a, self.asked.b, self.asked.pushed(at));
-        self.ask(&self.asked.kind(query))
+        self.ask(&self.kind(query))
+    }
+
+    /// The question about solids, or about surfaces only; first of all about the cores.
+    pub fn kind<'q>(&self, query: Query<'q, Intersection>) -> Query<'q, Intersection> {
+        let query = self.asked.kind(query);
+        if self.state.is_thick {
+            query
+        } else {
+            query.cores()
+        }
+    }
+
+    /// Measures the distance of the cores, which tells how deep thickened bodies penetrate each
+    /// other if their cores do not, and along which direction.
+    fn measure(&mut self) -> Step {
+        let PenetrationQuery { a, b, asked } = self.asked;
+        let mut query = Query::distance(a, b, asked.b_in_a).absolute_tolerance(0.0);
+        if !asked.solid {
+            query = query.surfaces();
+        }
+        let found = self.ask(&query)?;
+        let apart = query.witness_distance(self.engine);
+        let state = &mut *self.state;
+        state.task = Task::Explore;
+        if found.low > 0.0 {
+            (state.high, state.direction) = (0.0, DVec3::ZERO);
+            state.task = Task::Over;
+        } else if let Some(nearest) = found.nearest.filter(|_| apart > 0.0) {
+            let depth = self.asked.radii() - apart;
+            let corners = self.corners(nearest.triangles);
+            let state = &mut *self.state;
+            if !asked.push_only {
+                state.low = state.low.max(depth - state.rounding);
+            }
+            let away = -closest(&corners[0], &corners[1]).direction;
+            if away != DVec3::ZERO && found.within.is_none() {
+                let length = depth.max(0.0) * (1.0 + 1e-9) + 4.0 * state.rounding;
+                state.deepest = Some((away, length));
+            }
+        }
+        Ok(())
     }
 
     /// The corners of two triangles in A's frame, before a push.
@@ -334,6 +424,10 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
 }
 
 impl PenetrationQuery<'_> {
+    pub(super) fn radii(&self) -> f64 {
+        self.a.radius() + self.b.radius()
+    }
+
     /// The question about solids, or about surfaces only.
     pub(super) fn kind<'q>(&self, query: Query<'q, Intersection>) -> Query<'q, Intersection> {
         if self.asked.solid {

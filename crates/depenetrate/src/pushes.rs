@@ -120,7 +120,7 @@ impl Machine<'_, '_, '_> {
         let at = direction * length;
         let query = Query::all_pairs(self.asked.a, self.asked.b, self.asked.pushed(at));
         let query = query.pair_limit(most);
-        let mut verdict = self.ask(&self.asked.kind(query))?;
+        let mut verdict = self.ask(&self.kind(query))?;
         let pairs = self.engine.pairs();
         if let Some(&witness) = pairs.get(pairs.len() / 2) {
             verdict = Verdict::Intersecting { witness };
@@ -375,6 +375,6 @@ impl Machine<'_, '_, '_> {
         let b = self.asked.b.aabb_at(&self.asked.asked.b_in_a);
         let forward = direction.cmpgt(DVec3::ZERO);
         let farthest = DVec3::select(forward, a.max - b.min, a.min - b.max);
-        farthest.dot(direction).max(0.0)
+        farthest.dot(direction).max(0.0) + self.asked.a.radius()
     }
 }

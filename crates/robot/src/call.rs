@@ -145,14 +145,7 @@ impl<'c> Call<'c> {
             }
         }
         let memory = with_memory.then_some(pair);
-        let (pose, margins) = (to_pose(&b_in_a), [a.margin, b.margin]);
-        if margins != [0.0; 2] {
-            let query = Query::distance(&a.tree, &b.tree, pose).margins(margins);
-            let (bounds, end) = self.run(&query.closer_than(0.0), memory);
-            // If f64 cannot tell a pair from a touching one, it counts as touching.
-            return end.map(|()| bounds.closer != Some(false));
-        }
-        let query = Query::<Intersection>::intersection(&a.tree, &b.tree, pose);
+        let query = Query::<Intersection>::intersection(&a.tree, &b.tree, to_pose(&b_in_a));
         let (verdict, end) = self.run(&query, memory);
         end.map(|()| verdict != Verdict::Separated)
     }
@@ -164,8 +157,7 @@ impl<'c> Call<'c> {
         ask: impl for<'q> Fn(Query<'q, Distance>) -> Query<'q, Distance>,
     ) -> (distance::Bounds, Result<(), StopReason>) {
         let ([a, b], b_in_a) = self.pair(pair);
-        let query =
-            Query::distance(&a.tree, &b.tree, to_pose(&b_in_a)).margins([a.margin, b.margin]);
+        let query = Query::distance(&a.tree, &b.tree, to_pose(&b_in_a));
         self.run(&ask(query), Some(pair))
     }
 

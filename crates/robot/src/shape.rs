@@ -36,9 +36,7 @@ pub struct Shape(Arc<Inner>);
 #[derive(Debug)]
 pub(crate) struct Inner {
     pub tree: Arc<Tree>,
-    /// Radius that thickens the surface: that of a sphere, whose surface is a point.
-    pub margin: f64,
-    /// True if a body inside meets it: inside its closed surface, or inside its margin.
+    /// True if a body inside meets it: inside its closed surface, or within its radius.
     pub is_solid: bool,
     /// No point of the shape is farther than this from the shape it stands for.
     pub band: f64,
@@ -68,7 +66,7 @@ impl Shape {
     /// closed, else a surface.
     pub fn tree(tree: Arc<Tree>) -> Self {
         let is_solid = tree.solid().is_some_and(tree::Solidity::is_closed);
-        Self::new(tree, 0.0, is_solid, 0.0)
+        Self::new(tree, is_solid, 0.0)
     }
 
     /// A solid box around the origin with these lengths along x, y and z.
@@ -92,7 +90,7 @@ impl Shape {
         let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
         let triangles = quads.into_iter().flat_map(halves);
         let tree = checked("box", (0..8).map(corner).collect(), triangles.collect())?;
-        Ok(Self::new(tree, 0.0, true, 0.0))
+        Ok(Self::new(tree, true, 0.0))
     }
 
     /// A solid sphere around the origin.
@@ -101,8 +99,9 @@ impl Shape {
     /// If the radius is not above 0, or beyond 1e30.
     pub fn sphere(radius: f64) -> Result<Self, RobotError> {
         let [radius] = positive("sphere radius", [radius])?;
-        let tree = checked("sphere", vec![[0.0; 3]], vec![[0; 3]])?;
-        Ok(Self::new(tree, radius, true, 0.0))
+        let tree = checked("sphere", vec![[0.0; 3]], vec![[0; 3]])?.with_radius(radius);
+        let tree = tree.map_err(|error| RobotError::Model(format!("sphere: {error}")))?;
+        Ok(Self::new(tree, true, 0.0))
     }
 
     /// A solid cylinder along z, its middle in the origin: a prism around it.
@@ -127,7 +126,7 @@ impl Shape {
         };
         let tree = checked("cylinder", vertices, (0..n).flat_map(side).collect())?;
         let band = outer - radius + SLACK * radius;
-        Ok(Self::new(tree, 0.0, true, band))
+        Ok(Self::new(tree, true, band))
     }
 
     /// True if a body inside meets it.
@@ -141,12 +140,8 @@ impl Shape {
         self.0.band
     }
 
-    /// Radius that thickens the surface, in metres: of a sphere its own, else 0.
-    pub fn margin(&self) -> f64 {
-        self.0.margin
-    }
-
-    /// The tree of the surface: of a sphere, that of its middle.
+    /// The tree of the surface: of a sphere, that of its middle, with the
+    /// [radius](Tree::with_radius).
     pub fn surface(&self) -> &Tree {
         &self.0.tree
     }
@@ -155,7 +150,9 @@ impl Shape {
         &self.0
     }
 
-    fn new(tree: Arc<Tree>, margin: f64, is_solid: bool, band: f64) -> Self {
+    fn new(tree: impl Into<Arc<Tree>>, is_solid: bool, band: f64) -> Self {
+        let tree = tree.into();
+        let thickness = tree.radius();
         let mesh = tree.mesh();
         let corners = || mesh.triangles().iter().flatten();
         let vertices = || corners().map(|&i| mesh.vertex(i as usize));
@@ -182,13 +179,12 @@ impl Shape {
         let rounding = SLACK * (centre.abs().max_element() + half.max_element());
         let radius = vertices().map(|v| v.distance(centre)).fold(0.0, f64::max);
         Self(Arc::new(Inner {
-            margin,
             is_solid,
             band,
             centre,
-            radius: radius + margin + rounding,
+            radius: radius + thickness + rounding,
             frame: Transform::from_mat3_translation(r, centre),
-            half: half + DVec3::splat(margin + rounding),
+            half: half + DVec3::splat(thickness + rounding),
             samples: samples(mesh),
             tree,
         }))
@@ -199,10 +195,11 @@ impl Inner {
     /// True if a point in the shape's frame is inside.
     #[inline]
     fn holds(&self, p: DVec3) -> bool {
-        match self.margin {
-            0.0 => inside(&self.tree, p).is_inside(),
-            radius => p.length_squared() <= radius * radius,
+        if self.tree.solid().is_some() || self.tree.radius() == 0.0 {
+            return inside(&self.tree, p).is_inside();
         }
+        // A sphere.
+        p.length_squared() <= self.tree.radius() * self.tree.radius()
     }
 }
 
@@ -254,8 +251,8 @@ fn checked(
     what: &str,
     vertices: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
-) -> Result<Arc<Tree>, RobotError> {
+) -> Result<Tree, RobotError> {
     let mesh = Mesh::from_f64(vertices, triangles)
         .map_err(|error| RobotError::Model(format!("{what}: {error}")))?;
-    Ok(Arc::new(Tree::new(mesh)))
+    Ok(Tree::new(mesh))
 }

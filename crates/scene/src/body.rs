@@ -80,9 +80,10 @@ pub struct Body {
     /// importance of the more important of its two bodies, and goes before all less important
     /// pairs.
     pub importance: f32,
-    /// Thickness added to its surface, in the length unit of the scene; default 0. A point becomes
-    /// a ball, a segment a capsule. Bodies that meet only by their margins are
-    /// [within](punctual::Verdict::Within) them. Rays ignore the margin.
+    /// Thickness added to its surface, in the length unit of the scene, beside the
+    /// [radius](punctual::Tree::with_radius) of its tree; default 0. Bodies that meet only by their
+    /// margins or radii are [within](punctual::Verdict::Within) them. Rays ignore the margin.
+    /// Distances of contacts contain the margins and no radii.
     pub margin: f64,
     /// True for a sensor: what meets or is inside it is reported ([`crate::ContactPhase`]), but its
     /// pairs have no [contacts](crate::Scene::find_contacts), unless those of a pair are
@@ -208,6 +209,16 @@ impl Placed {
 /// Sum of the margins of two bodies.
 pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
     a.body.margin + b.body.margin
+}
+
+/// Sum of the radii of the trees of two bodies.
+pub(super) fn radii([a, b]: [&Placed; 2]) -> f64 {
+    a.body.tree.radius() + b.body.tree.radius()
+}
+
+/// Sum of the margins of two bodies and of the radii of their trees.
+pub(super) fn thickness(pair: [&Placed; 2]) -> f64 {
+    margins(pair) + radii(pair)
 }
 
 /// The ids of a triangle of each of two bodies (tree order). `None` if a body has no such triangle:
@@ -430,7 +441,8 @@ impl Bodies {
             let body = &placed.body;
             (facts.importance, facts.filter) = (body.importance, body.filter);
             facts.is_member = placed.compound.is_some() || placed.group.is_some();
-            facts.is_special = facts.is_measured || body.margin > 0.0 || placed.motion.is_some();
+            let is_thick = body.margin > 0.0 || body.tree.radius() > 0.0;
+            facts.is_special = facts.is_measured || is_thick || placed.motion.is_some();
             self.has_special |= facts.is_special;
             self.has_important |= facts.importance > 0.0;
             self.has_sensor |= body.is_sensor;

@@ -47,7 +47,7 @@ struct Drawn {
 impl Drawn {
     fn new(id: ShapeId, link: Option<usize>, pose: Pose, shape: &Shape) -> Self {
         let surface = shape.surface().mesh();
-        let mesh = match shape.margin() {
+        let mesh = match shape.surface().radius() {
             0.0 => surface.clone(),
             radius => ball(radius).unwrap_or_else(|| surface.clone()),
         };

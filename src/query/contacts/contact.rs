@@ -16,7 +16,8 @@ pub struct Contact {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
     /// Their closest points, of A and of B. For triangles that intersect, both are the middle of
-    /// the segment.
+    /// the segment. Of trees with a [radius](crate::Tree::with_radius), each is moved to the
+    /// thickened surface, along the normal towards the other.
     pub points: [DVec3; 2],
     /// Unit vector from B to A: moving A along it separates A from B.
     ///
@@ -28,6 +29,8 @@ pub struct Contact {
     pub normal: DVec3,
     /// Proven upper bound of the distance. The true distance is smaller by at most 4e-14 times the
     /// diagonal of the box around both triangles, whatever their shape. 0 only if they intersect.
+    /// Of trees with a [radius](crate::Tree::with_radius), that of the triangles minus the radii:
+    /// negative where the thickened surfaces are sunk into each other.
     pub distance: f64,
     /// The segment in which the triangles intersect:
     /// [`triangle_segment`](crate::geom::triangle_segment), directed along the cross product of the
@@ -79,6 +82,18 @@ impl Contact {
             distance: high,
             segment: None,
         }
+    }
+}
+
+impl Contact {
+    /// The contact of surfaces with these radii from that of their cores.
+    pub(crate) fn thickened(mut self, [of_a, of_b]: [f64; 2]) -> Self {
+        if of_a + of_b > 0.0 {
+            self.points[0] -= self.normal * of_a;
+            self.points[1] += self.normal * of_b;
+            self.distance -= of_a + of_b;
+        }
+        self
     }
 }
 

@@ -30,14 +30,19 @@ pub(crate) struct ContactList {
     /// Number of contacts that are kept elsewhere.
     held: usize,
     /// Triangle pairs no farther apart than this are contacts. `None` if the query does not search
-    /// for contacts.
+    /// for contacts. Radii are a part of it.
     margin: Option<f64>,
+    /// Distances of contacts are not below minus this: the sum of the radii.
+    radii: f64,
+    /// True if the query asks for pairs, which go to another list.
+    pub lists_pairs: bool,
 }
 
 /// Sort key of a contact: by distance, then by triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
-    /// The bits of the distance. Since it is not negative, they are ordered as the distance is.
+    /// The bits of the distance, those of a negative one inverted, so that they are ordered as the
+    /// distance is.
     distance: u64,
     triangles: u64,
     contact: u32,
@@ -47,11 +52,22 @@ impl Place {
     fn new(contact: &Contact, index: usize) -> Self {
         let [a, b] = contact.triangles.map(u64::from);
         Self {
-            distance: contact.distance.to_bits(),
+            distance: ordered(contact.distance.to_bits()),
             triangles: a << 32 | b,
             contact: index as u32,
         }
     }
+}
+
+/// The bit of the sign.
+const SIGN: u64 = 1 << 63;
+
+fn ordered(bits: u64) -> u64 {
+    if bits & SIGN == 0 { bits | SIGN } else { !bits }
+}
+
+fn unordered(bits: u64) -> u64 {
+    if bits & SIGN == 0 { !bits } else { bits ^ SIGN }
 }
 
 impl ContactList {
@@ -76,6 +92,7 @@ impl ContactList {
         self.sorted = 0;
         self.held = 0;
         self.margin = None;
+        self.lists_pairs = false;
     }
 
     /// Counts a contact that is kept elsewhere.
@@ -83,9 +100,10 @@ impl ContactList {
         self.held += 1;
     }
 
-    /// Starts a search for triangle pairs within `margin`, at most `limit` in the list at a time.
-    pub fn begin(&mut self, margin: f64, limit: usize) {
-        (self.margin, self.limit) = (Some(margin), limit);
+    /// Starts a search for triangle pairs of the cores within `margin`, which contains the radii,
+    /// at most `limit` in the list at a time.
+    pub fn begin(&mut self, margin: f64, radii: f64, limit: usize) {
+        (self.margin, self.radii, self.limit) = (Some(margin), radii, limit);
     }
 
     /// Prepares for a call of a query. `is_timed`: the call has a budget of time.
@@ -153,6 +171,7 @@ impl ContactList {
             contacts,
             order,
             starts,
+            radii,
             ..
         } = self;
         let Some(margin) = self.margin.filter(|margin| *margin > 0.0) else {
@@ -161,7 +180,8 @@ impl ContactList {
         let count = order.len();
         let parts_per_length = count as f64 / margin;
         let part = |place: &Place| {
-            ((f64::from_bits(place.distance) * parts_per_length) as usize).min(count - 1)
+            let distance = f64::from_bits(unordered(place.distance)) + *radii;
+            ((distance * parts_per_length) as usize).min(count - 1)
         };
         starts.clear();
         starts.resize(count, 0);

@@ -27,6 +27,7 @@ use crate::model::listing::contacts_left;
 use crate::model::prediction::Quantiles;
 use crate::query::distance::interval::{Interval, Tolerance};
 use crate::query::distance::nearest::Nearness;
+use crate::query::distance::thinner;
 use crate::query::intersection::meeting::Meeting;
 use crate::tree::Tree;
 use contact::{Contact, face_normal};
@@ -145,6 +146,16 @@ impl<'t> Query<'t, Contacts> {
         ]
     }
 
+    /// Sum of the radii of both trees.
+    fn radii(&self) -> f64 {
+        self.a.radius() + self.b.radius()
+    }
+
+    /// Triangles of the cores no farther apart than this are contacts.
+    pub(crate) fn reach(&self) -> f64 {
+        self.asked.options.margin + self.radii()
+    }
+
     /// True if a contact proves that the surfaces come within the margin.
     pub fn is_within(&self, contact: &Contact) -> bool {
         contact.distance <= self.asked.options.margin
@@ -167,13 +178,14 @@ impl Ask<Contacts> for Query<'_, Contacts> {
         if workspace.state.contacts.capacity() == 0 {
             workspace.state.contacts.reserve(DEFAULT_ROOM);
         }
-        let ContactOptions { margin, limit, .. } = self.asked.options;
-        workspace.state.contacts.begin(margin, limit);
+        let limit = self.asked.options.limit;
+        let reach = self.reach();
+        (workspace.state.contacts).begin(reach, self.radii(), limit);
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
-        if margin > 0.0 {
-            let interval = Interval::new(Tolerance::default(), 0.0, margin);
+        if reach > 0.0 {
+            let interval = Interval::new(Tolerance::default(), 0.0, reach);
             workspace.state.distance.begin(interval, None);
         }
         workspace.frontier.push(Pair::new(0, 0));
@@ -193,7 +205,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
             workspace.state.manifolds.reduction.reach(),
         );
         workspace.state.contacts.hurry(deadline.is_timed());
-        let stop = if self.asked.options.margin > 0.0 {
+        let stop = if self.reach() > 0.0 {
             let question = Nearness::new(&relative, &workspace.state.distance.interval);
             let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
             workspace.bound(f32::INFINITY, relative.unit);
@@ -214,7 +226,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
         let low = if stop.is_final() {
             f64::INFINITY
         } else {
-            workspace.state.distance.interval.low()
+            thinner(workspace.state.distance.interval.low(), self.radii())
         };
         ContactBounds { low }
     }
@@ -226,7 +238,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
 
 impl Certify<Contacts> for Query<'_, Contacts> {
     fn place(&self, _: &Workspace) -> Place<'_> {
-        Place::Still(&self.asked.b_in_a, self.asked.options.margin)
+        Place::Still(&self.asked.b_in_a, self.reach())
     }
 }
 

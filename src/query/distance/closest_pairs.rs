@@ -17,12 +17,12 @@ use crate::model::cost::{
 };
 use crate::query::contacts::contact::Contact;
 use crate::query::manifolds::manifold::{Shape, Skin, falls_beside};
-use crate::tree::WIDTH;
+use crate::tree::{Tree, WIDTH};
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
 use punctual_geom::lanes::{Column, F8, Lanes};
 use punctual_geom::triangle::distance::{Closest, Distances, closest, distances};
-use punctual_geom::triangle_segment;
+use punctual_geom::{triangle_segment, triangles_intersect};
 
 /// Least part of a distance that a direction proves which is within 5 degrees of the normal,
 /// rounding included.
@@ -36,8 +36,13 @@ impl Traversal<'_, '_, Nearness> {
     #[cold]
     #[inline(never)]
     pub(crate) fn is_full(&self) -> bool {
-        self.workspace.state.contacts.is_full()
-            && !self.workspace.state.distance.proposed.is_empty()
+        let state = &self.workspace.state;
+        let is_full = if state.contacts.lists_pairs {
+            state.intersection.is_full()
+        } else {
+            state.contacts.is_full()
+        };
+        is_full && !state.distance.proposed.is_empty()
     }
 
     /// Computes lower bounds of up to eight waiting pairs.
@@ -223,6 +228,24 @@ impl Traversal<'_, '_, Nearness> {
             trees,
             b_in_a: self.b_in_a,
         };
+        if contacts.lists_pairs {
+            stats.work += WORK_PER_CLOSEST_POINTS;
+            let mut found = closest(a, b);
+            let mut meet = false;
+            if found.low.max(proven) == 0.0 {
+                stats.exact_tests += 1;
+                stats.work += WORK_PER_EXACT_TEST;
+                meet = triangles_intersect(a, b);
+            }
+            if !meet {
+                found = found.of_apart(a, b);
+            }
+            if meet || found.low.max(proven) <= margin {
+                let distance = if meet { 0.0 } else { found.high };
+                self.workspace.report_within(pair, triangles, distance);
+            }
+            return;
+        }
         if proven == 0.0 {
             if reduction.is_on {
                 if !reduction.take_near(shape, pair, of_pair, overlaps, contacts, stats) {
@@ -235,7 +258,8 @@ impl Traversal<'_, '_, Nearness> {
             if let Some(segment) = triangle_segment(a, b) {
                 stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
                 stats.found += 1;
-                return contacts.push(Contact::touching(triangles, of_pair, segment));
+                let contact = Contact::touching(triangles, of_pair, segment);
+                return contacts.push(contact.thickened(trees.map(Tree::radius)));
             }
         }
         stats.work += WORK_PER_CLOSEST_POINTS;
@@ -248,7 +272,7 @@ impl Traversal<'_, '_, Nearness> {
         stats.found += 1;
         let contact = Contact::apart(triangles, of_pair, &found);
         if !reduction.is_on {
-            return contacts.push(contact);
+            return contacts.push(contact.thickened(trees.map(Tree::radius)));
         }
         reduction.note(pair, contact.distance);
         found.direction = contact.normal;

@@ -3,7 +3,7 @@
 mod closest_pairs;
 pub(crate) mod estimate;
 mod gaps;
-mod halves;
+pub(crate) mod halves;
 pub(crate) mod interval;
 pub(crate) mod nearest;
 pub(crate) mod search;
@@ -90,7 +90,7 @@ impl<'t> Query<'t, Distance> {
         let options = DistanceOptions {
             absolute: None,
             relative: None,
-            margins: [0.0; 2],
+            margins: [a.radius(), b.radius()],
             limit: f64::INFINITY,
             leaves_contact_open: false,
             depth_first: false,
@@ -135,13 +135,14 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the
+    /// Thickens each surface by its margin, beside its [radius](Tree::with_radius) (not negative, at most 2^1000; NaN counts as 0), in the
     /// length unit of the meshes: a point becomes a ball, a segment a capsule. The query measures
     /// the distance of the thickened surfaces.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
         OptionError::note_margins(&mut self.fault, margins);
-        self.asked.options.margins = margins.map(thickness);
+        let [of_a, of_b] = margins.map(thickness);
+        self.asked.options.margins = [of_a + self.a.radius(), of_b + self.b.radius()];
         self
     }
 
@@ -204,8 +205,8 @@ impl<'t> Query<'t, Distance> {
             && !self.asked.options.leaves_contact_open
     }
 
-    /// Proven upper bound of the distance from the run in the workspace, margins not subtracted. 0
-    /// only if the surfaces intersect.
+    /// Proven upper bound of the distance from the run in the workspace, neither margins nor radii
+    /// subtracted. 0 only if the triangles intersect.
     pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.state.distance.interval.high()
     }
@@ -334,6 +335,15 @@ impl Certify<Distance> for Query<'_, Distance> {
         let most = self.asked.options.limit + self.margin();
         let reach = workspace.state.distance.interval.high().min(most);
         Place::Still(&self.asked.b_in_a, reach)
+    }
+}
+
+/// Subtracts radii from a proven lower bound, rounded down. May be negative.
+pub(crate) fn thinner(low: f64, radii: f64) -> f64 {
+    if radii > 0.0 && low < f64::INFINITY {
+        low - radii - f64::EPSILON * (low + radii)
+    } else {
+        low
     }
 }
 

@@ -106,6 +106,9 @@ impl Query<'_, Intersection> {
     /// ```
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Prediction {
+        if self.asked.options.reach > 0.0 {
+            return self.rest_within(0, [0.0, f64::INFINITY]);
+        }
         let memory = self.known(memory);
         self.rest(&self.frontier_before(), 0, memory)
     }
@@ -136,6 +139,9 @@ impl Query<'_, Intersection> {
         memory: Option<&PairMemory>,
         goes_on: &dyn Fn() -> bool,
     ) -> Result<Estimate, ResumeError> {
+        if self.asked.options.reach > 0.0 {
+            return self.estimate_within(workspace);
+        }
         let frontier = self.frontier_while(workspace, goes_on)?;
         let memory = self.known(memory);
         let run = &workspace.run;

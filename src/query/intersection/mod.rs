@@ -14,6 +14,7 @@ pub(crate) mod opened;
 mod probe;
 pub(crate) mod state;
 pub(crate) mod trace;
+mod within;
 
 use crate::engine::boxes::RelativePose;
 use crate::engine::certificate::Place;
@@ -87,7 +88,10 @@ impl<'t> Query<'t, Intersection> {
     pub fn intersection(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let asked = Intersection {
             b_in_a,
-            options: Options::DEFAULT,
+            options: Options {
+                reach: a.radius() + b.radius(),
+                ..Options::DEFAULT
+            },
             prior: DEFAULT_PRIOR,
         };
         Self::of([a, b], asked)
@@ -140,6 +144,14 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
+    /// Asks about the cores of trees with a radius.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn cores(mut self) -> Self {
+        self.asked.options.reach = 0.0;
+        self
+    }
+
     /// Prepares the workspace for a run within a larger task, which runs to its end (`complete`) or
     /// may be cut. It begins at the roots, whatever is remembered.
     ///
@@ -158,6 +170,9 @@ impl<'t> Query<'t, Intersection> {
     /// Prepares the workspace for a run from the roots.
     #[inline(always)]
     fn begin_as(&self, strategy: Strategy, workspace: &mut Workspace, memory: Option<&PairMemory>) {
+        if self.asked.options.reach > 0.0 {
+            return self.begin_within(workspace, memory);
+        }
         workspace.clear();
         workspace.run.begin(self.key(), strategy);
         let remembered = memory
@@ -220,7 +235,11 @@ impl<'t> Query<'t, Intersection> {
             options: &self.asked.options,
         };
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
-        let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
+        let stop = if self.asked.options.reach > 0.0 {
+            self.search_within(&relative, workspace, deadline)
+        } else {
+            traverse(question, trees, b_in_a, &relative, workspace, deadline)
+        };
         if stop == StopReason::FlushedToZero {
             return stop;
         }
@@ -293,6 +312,6 @@ impl Ask<Intersection> for Query<'_, Intersection> {
 
 impl Certify<Intersection> for Query<'_, Intersection> {
     fn place(&self, _: &Workspace) -> Place<'_> {
-        Place::Still(&self.asked.b_in_a, 0.0)
+        Place::Still(&self.asked.b_in_a, self.asked.options.reach)
     }
 }

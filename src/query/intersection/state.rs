@@ -18,6 +18,8 @@ pub(crate) struct IntersectionState {
     /// The pairs that the memory keeps for the next frame.
     pub sample: Sample,
     pub trace: Trace,
+    /// Maximum number of pairs of a query about thickened surfaces, if the capacity allows it.
+    pub limit: usize,
 }
 
 impl IntersectionState {
@@ -27,7 +29,13 @@ impl IntersectionState {
             witnesses: ArrayVec::new(),
             sample: Sample::default(),
             trace: Trace::new(known::ROOM),
+            limit: usize::MAX,
         }
+    }
+
+    /// True if there is no room for another pair.
+    pub fn is_full(&self) -> bool {
+        self.found.len() >= self.limit.min(self.found.capacity())
     }
 
     #[inline(always)]
@@ -50,6 +58,17 @@ impl Workspace {
     /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_pairs(&mut self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.state.intersection.found.drain(..)
+    }
+
+    /// Reports a pair (tree order) of thickened surfaces, whose cores are this far apart.
+    pub(crate) fn report_within(&mut self, pair: [u32; 2], ids: [u32; 2], distance: f64) {
+        let state = &mut self.state.intersection;
+        state.sample.note(pair, self.run.stats.found);
+        self.run.stats.found += 1;
+        if self.run.witness.is_none() {
+            (self.run.witness, self.run.apart) = (Some(ids), distance);
+        }
+        state.found.push(ids);
     }
 
     /// A pair of triangles (tree order) that the last intersection query found to meet.

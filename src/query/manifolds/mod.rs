@@ -21,6 +21,7 @@ use crate::engine::workspace::{Asked, Containment, Key, Workspace};
 use crate::model::cost::{WORK_PER_RAY, WORK_PER_RAY_TEST};
 use crate::model::listing::manifolds_left;
 use crate::model::prediction::Quantiles;
+use crate::query::distance::thinner;
 use crate::tree::Tree;
 use core::mem;
 use manifold::{Manifold, Shape, number};
@@ -98,7 +99,8 @@ pub struct ManifoldBounds {
     /// True if the surfaces are known to intersect.
     pub meets: bool,
     /// The triangles (ids of the meshes) of the nearest contact found, up to a thousandth, and
-    /// their distance: 0 only if they intersect. `None` if no contact was found.
+    /// their distance: 0 only if they intersect, negative only of thickened surfaces that are sunk
+    /// into each other. `None` if no contact was found.
     pub nearest: Option<([u32; 2], f64)>,
     /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its
     /// surface, or touching it from inside at most. So the solids overlap, but no manifold tells
@@ -139,9 +141,14 @@ impl<'t> Query<'t, Manifolds> {
     fn contacts_question(&self) -> Query<'t, crate::query::contacts::Contacts> {
         let query = Query::contacts(self.a, self.b, self.asked.b_in_a);
         match self.asked.options.margin {
-            0.0 => query,
+            0.0 if self.radii() == 0.0 => query,
             skin => query.margin(skin.max(overlaps::reach(self.shape()))),
         }
+    }
+
+    /// Sum of the radii of both trees.
+    fn radii(&self) -> f64 {
+        self.a.radius() + self.b.radius()
     }
 
     fn shape(&self) -> Shape<'_> {
@@ -196,6 +203,8 @@ impl<'t> Query<'t, Manifolds> {
             Some(memory) => memory.assign(&mut all, to_b, self.size(), stop.is_final()),
             None => number(&mut all),
         }
+        let radii = [self.a, self.b].map(Tree::radius);
+        all.iter_mut().for_each(|one| one.thicken(radii));
         workspace.state.manifolds.list = all;
     }
 }
@@ -214,7 +223,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         workspace.run.key = Some(self.key());
         let room = workspace.state.contacts.capacity();
         let state = &mut workspace.state.manifolds;
-        let width = self.asked.options.margin;
+        let width = self.asked.options.margin + self.radii();
         let (reduction, overlaps) = (&mut state.reduction, &mut state.overlaps);
         reduction.begin(width, self.size(), self.shape(), overlaps);
         overlaps.reserve(room);
@@ -267,14 +276,15 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         } else if meets || workspace.state.manifolds.overlaps.is_open() {
             0.0
         } else {
-            workspace.state.distance.interval.low()
+            thinner(workspace.state.distance.interval.low(), self.radii())
         };
         let nearest = workspace.state.manifolds.reduction.nearest;
         let ids = |[x, y]: [u32; 2]| [self.a.ids()[x as usize], self.b.ids()[y as usize]];
+        let radii = self.radii();
         ManifoldBounds {
             low,
-            meets,
-            nearest: nearest.map(|(pair, distance)| (ids(pair), distance)),
+            meets: meets || nearest.is_some_and(|(_, distance)| distance <= radii),
+            nearest: nearest.map(|(pair, distance)| (ids(pair), distance - radii)),
             within: workspace.run.containment.inner(),
         }
     }

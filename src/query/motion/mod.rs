@@ -84,8 +84,8 @@ impl<'t> Query<'t, Impact> {
     /// to 1.
     ///
     /// The tolerance is a length. Its default is two millionths of the smaller mesh's unit
-    /// ([`Tree::unit_length`], about half of its longest extent), but at least the rounding of
-    /// coordinates. For a point, the margin counts as its unit; for a point without a margin, the
+    /// ([`Tree::unit_length`], about half of its longest extent) and radius, but at least the
+    /// rounding of coordinates. For a point, the margin counts as its unit; for a point without a margin, the
     /// default is a millionth of the other mesh's unit.
     #[must_use]
     #[inline]
@@ -95,7 +95,7 @@ impl<'t> Query<'t, Impact> {
             of_b: b_in_a,
             length: None,
             time: 0.0,
-            margin: 0.0,
+            margin: a.radius() + b.radius(),
         };
         Self::of([a, b], Impact { options })
     }
@@ -130,14 +130,14 @@ impl<'t> Query<'t, Impact> {
         self
     }
 
-    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the
+    /// Thickens each surface by its margin, beside its [radius](Tree::with_radius) (not negative, at most 2^1000; NaN counts as 0), in the
     /// length unit of the meshes: a point becomes a ball, a segment a capsule.
     #[must_use]
     #[inline]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
         OptionError::note_margins(&mut self.fault, margins);
         let [a, b] = margins.map(thickness);
-        self.asked.options.margin = a + b;
+        self.asked.options.margin = (a + self.a.radius()) + (b + self.b.radius());
         self
     }
 

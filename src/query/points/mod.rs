@@ -40,6 +40,13 @@ pub(crate) use visit::{Locate, Source};
 ///
 /// On the surface, the winding number is that at the points just beside it, along one of the axes.
 ///
+/// Of a tree with a [radius](Tree::with_radius), winding number, nearest point and
+/// [`PointBounds::is_on_surface`] are those of the core. The signed distance is that of the core
+/// minus the radius: outside it is the distance of the thickened solid; inside, the solid is at
+/// least that deep, and a convex one exactly. A point is inside if it is inside the core or no
+/// farther from it than the radius, up to the error of the distance. The distance is told whether
+/// it was asked for or not.
+///
 /// ```
 /// use punctual::tree::Solid;
 /// use punctual::{BuildOptions, Budget, Query, Tree, Workspace, shapes};
@@ -270,7 +277,7 @@ impl<Q: Points> Ask<Q> for Query<'_, Q> {
         let state = &workspace.state.points;
         let done = state.found.len();
         let current = done.min(points.len().saturating_sub(1));
-        state.measures == measures
+        state.measures == (measures || self.a.radius() > 0.0)
             && done + state.left == points.len()
             && points
                 .get(current)
@@ -320,6 +327,7 @@ pub(crate) fn begin_points(
     let state = &mut workspace.state.points;
     state.reserve(points.len());
     let first = points.first().copied().unwrap_or_default();
+    let measures = measures || tree.radius() > 0.0;
     state.begin(points.len(), measures, first.into());
     if let Some(solid) = tree.solid() {
         let rim = solid.rim().0.len();

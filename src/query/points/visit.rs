@@ -351,6 +351,31 @@ impl Traversal<'_, '_, Locate<'_>> {
     }
 }
 
+impl PointBounds {
+    /// Makes them those of a solid thickened by a radius, from those of its core.
+    fn thicken(&mut self, radius: f64, is_finished: bool) {
+        let Some(distance) = &mut self.distance else {
+            return;
+        };
+        let rounding = |bound: f64| f64::EPSILON * (bound.abs() + radius);
+        let (low, high) = (distance.low, distance.high);
+        distance.low = low - radius - rounding(low);
+        distance.high = high - radius + rounding(high);
+        if self.inside != Some(true) {
+            let is_known = self.inside.is_some();
+            self.inside = if distance.high <= 0.0 {
+                Some(true)
+            } else if is_known && distance.low > 0.0 {
+                Some(false)
+            } else if is_known && is_finished {
+                Some(true)
+            } else {
+                None
+            };
+        }
+    }
+}
+
 impl Workspace {
     #[inline(always)]
     fn count_node(&mut self, node: &Node) {
@@ -413,6 +438,9 @@ impl Workspace {
                 point,
             }
         });
+        if tree.radius() > 0.0 {
+            bounds.thicken(tree.radius(), is_finished);
+        }
         bounds
     }
 }

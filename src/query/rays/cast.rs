@@ -13,15 +13,17 @@ use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::StopReason;
 use crate::engine::traversal::{Traversal, Visitor};
 use crate::model::cost::{
-    MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE,
-    WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
+    MAX_STEP_WORK, WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP,
+    WORK_PER_POINT_TRIANGLE, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST,
+    WORK_PER_RAY_TRIANGLE,
 };
 use crate::tree::WIDTH;
 use punctual_geom::Ray;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
-use punctual_geom::triangle::ray::Aim;
+use punctual_geom::triangle::ray::ball::{BallStep, MovingBall};
 use punctual_geom::triangle::ray::batch::candidates;
+use punctual_geom::triangle::ray::{Aim, Side};
 
 /// The question what rays hit.
 pub(super) struct Cast<'q> {
@@ -43,6 +45,10 @@ pub(super) const ROOT: Pair = Pair::keyed(0, 0.0);
 /// Maximum number of nodes opened in one step, each a child of the previous one.
 const NODES_PER_STEP: u64 = 3;
 
+/// Steps of a ball towards a triangle in one step of a query.
+const BALL_STEPS: u64 = 2;
+
+const _: () = assert!(MAX_STEP_WORK >= WORK_PER_RAY_TEST + BALL_STEPS * WORK_PER_POINT_TRIANGLE);
 const _: () = assert!(
     MAX_STEP_WORK
         >= WORK_PER_RAY + NODES_PER_STEP * WORK_PER_RAY_NODE + WIDTH as u64 * WORK_PER_RAY_TRIANGLE
@@ -124,6 +130,17 @@ impl Traversal<'_, '_, Cast<'_>> {
         let count = u64::from(node.children);
         stats.primitive_tests += count;
         stats.work += WORK_PER_RAY_TRIANGLE * count;
+        if self.workspace.state.rays.radius > 0.0 {
+            for lane in bits(entered) {
+                self.workspace.state.rays.candidates.push(Candidate {
+                    triangle: node.first_child + lane as u32,
+                    enter: enter[lane],
+                    faces: None,
+                    free_until: 0.0,
+                });
+            }
+            return None;
+        }
         let found = candidates(
             lanes,
             expand::rows(self.a, node),
@@ -136,6 +153,7 @@ impl Traversal<'_, '_, Cast<'_>> {
                 triangle,
                 enter: enter[lane],
                 faces,
+                free_until: 0.0,
             });
         }
         None
@@ -145,10 +163,14 @@ impl Traversal<'_, '_, Cast<'_>> {
     #[inline(always)]
     fn examine(
         &mut self,
-        Candidate {
+        candidate @ Candidate {
             triangle, faces, ..
         }: Candidate,
     ) -> Option<StopReason> {
+        if self.workspace.state.rays.radius > 0.0 {
+            self.approach(candidate);
+            return None;
+        }
         let id = self.a.ids()[triangle as usize];
         let (found, was_exact) =
             Aim::new(&self.question.rays[0]).hit(&self.a.mesh().triangle(id as usize), faces);
@@ -159,7 +181,48 @@ impl Traversal<'_, '_, Cast<'_>> {
             stats.work += WORK_PER_EXACT_TEST;
             self.deadline.allow_for_long_step();
         }
-        let (t, side) = found?;
+        if let Some((t, side)) = found {
+            self.report(id, t, side);
+        }
+        None
+    }
+
+    /// Moves a ball along the ray towards a triangle, some steps at a time.
+    #[cold]
+    fn approach(&mut self, mut candidate: Candidate) {
+        let ray = &self.question.rays[0];
+        let state = &mut self.workspace.state.rays;
+        let id = self.a.ids()[candidate.triangle as usize];
+        let corners = self.a.corners(candidate.triangle);
+        let ball = MovingBall::new(ray, state.radius);
+        let stats = &mut self.workspace.run.stats;
+        stats.work += WORK_PER_RAY_TEST;
+        for _ in 0..BALL_STEPS {
+            let (step, was_long) = ball.step(&corners, candidate.free_until);
+            stats.work += WORK_PER_POINT_TRIANGLE;
+            if was_long {
+                stats.work += WORK_PER_CLOSEST_POINTS;
+                self.deadline.allow_for_long_step();
+            }
+            match step {
+                BallStep::Misses => return,
+                BallStep::FreeUntil(length) => candidate.free_until = length,
+                BallStep::Touches(t, side) => {
+                    let [t_min, t_max] = ray.limits();
+                    if t_min <= t && t <= t_max {
+                        self.report(id, t, side);
+                    }
+                    return;
+                }
+            }
+        }
+        state.candidates.push(candidate);
+        self.workspace.testing = true;
+    }
+
+    /// Takes a hit.
+    #[inline(always)]
+    fn report(&mut self, id: u32, t: f64, side: Side) {
         let hit = RayHit {
             triangle: id,
             t,
@@ -180,7 +243,6 @@ impl Traversal<'_, '_, Cast<'_>> {
                 workspace.testing = false;
             }
         }
-        None
     }
 
     /// Continues with the next ray of the batch, if there is one.
@@ -198,7 +260,7 @@ impl Traversal<'_, '_, Cast<'_>> {
             state.hit = None;
         }
         (state.done, state.after) = (state.done + 1, rest.len() - 1);
-        state.local_ray.follow(self.a.unit(), &rest[0]);
+        (state.local_ray).follow(self.a.unit(), &rest[0], state.radius);
         *rays = rest;
         Some((ROOT, Origin::Stack))
     }

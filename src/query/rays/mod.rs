@@ -32,7 +32,9 @@ pub use state::{RayHit, RayMode};
 /// the ray lies is hit where the ray enters it. Whenever the query stops, every hit not found is at
 /// [`RayBounds::free_until`] or after it. The nearest hit is the one with the least reported `t`
 /// ([`RayHit::t`]), of equal ones the one with the least id. So two hits that are closer together
-/// than the error of `t` may change places. The answer does not depend on budgets, machines or the
+/// than the error of `t` may change places. Of a tree with a [radius](Tree::with_radius), the ray
+/// hits each triangle thickened by it: with a ray that just misses or grazes this, what is closer
+/// than 1e-12 of the size counts as a hit. The answer does not depend on budgets, machines or the
 /// shape of the tree.
 ///
 /// ```
@@ -275,7 +277,7 @@ fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, mode: RayMode) {
     workspace.clear();
     workspace.run.begin(key(tree), Strategy::NONE);
     let state = &mut workspace.state.rays;
-    state.mode = mode;
+    (state.mode, state.radius) = (mode, tree.radius());
     if mode == RayMode::All && state.hits.capacity() == 0 {
         state.hits.reserve_all(DEFAULT_ROOM);
     }
@@ -338,9 +340,10 @@ fn advance(
         StopReason::FlushedToZero
     } else {
         let (mode, hit) = (workspace.state.rays.mode, workspace.state.rays.hit);
+        let radius = workspace.state.rays.radius;
         let question = Cast::new(&rays[done..], mode);
         let local_ray = &mut workspace.state.rays.local_ray;
-        local_ray.follow(tree.unit(), &rays[done]);
+        local_ray.follow(tree.unit(), &rays[done], radius);
         if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
             local_ray.cut(hit.t);
         }
@@ -361,7 +364,7 @@ fn open_from(tree: &Tree, workspace: &Workspace, ray: &Ray) -> f64 {
     let candidates = workspace.state.rays.candidates.iter();
     let candidates = candidates.map(|candidate| candidate.enter);
     let first = entries.chain(candidates).fold(f32::INFINITY, f32::min);
-    LocalRay::new(tree.unit(), ray).t(first)
+    LocalRay::near(tree.unit(), ray, workspace.state.rays.radius).t(first)
 }
 
 /// The answer to a ray query.
@@ -382,7 +385,8 @@ pub struct RayBounds {
     pub starts_inside: Option<bool>,
 }
 
-/// Casts a ray within the run of another question, or continues with it: the nearest hit.
+/// Casts a ray within the run of another question, or continues with it: the nearest hit of the
+/// core.
 ///
 /// # Errors
 /// The reason why the deadline stopped it. Then the frontier holds what is open of the ray.

@@ -46,6 +46,10 @@ pub struct RayHit {
     /// error is at most 1e-11 times the largest coordinate of the triangle relative to the origin,
     /// over the largest component of the direction. It is never negative, at most 1 for a segment,
     /// and infinite beyond the range of `f64`.
+    ///
+    /// Of a tree with a [radius](crate::Tree::with_radius), the ray enters the thickened triangle
+    /// here: it exactly enters one whose radius differs by at most 1e-12 times the sum of that
+    /// coordinate and the radius. 0 if the ray starts within.
     #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub t: f64,
     /// The side of the triangle that the ray comes from.
@@ -67,12 +71,16 @@ pub(crate) struct Candidate {
     pub enter: f32,
     /// The side on which the line passes all three edges, if `f32` is certain of it.
     pub faces: Option<i8>,
+    /// Length along the way of a ball before which it does not touch the triangle.
+    pub free_until: f64,
 }
 
 /// The state of a ray query in its workspace.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RayState {
     pub mode: RayMode,
+    /// The radius of the surface.
+    pub radius: f64,
     /// True until it is known whether the ray starts inside, if that is asked.
     pub locates: bool,
     /// The current ray of a stopped run; the last of a finished one.
@@ -95,6 +103,7 @@ impl RayState {
     #[inline(always)]
     pub fn clear(&mut self) {
         self.locates = false;
+        self.radius = 0.0;
         self.ray = None;
         self.hit = None;
         self.done = 0;

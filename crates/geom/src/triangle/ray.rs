@@ -6,6 +6,7 @@
 //! decided exactly. So no ray slips through between two triangles that share an edge or a corner.
 //! Proof of the bounds: `docs/numerics.md`, "Rays".
 
+pub mod ball;
 pub mod batch;
 
 use super::exact::line::Line;

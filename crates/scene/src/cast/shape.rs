@@ -285,7 +285,9 @@ impl ShapeProbe<'_> {
                 None => closest(&a, &b).of_apart(&a, &b),
             };
             let [p, q] = found.points;
-            let [of_a, of_b] = [placed.body.margin, self.shape.margin].map(|m| m * found.direction);
+            let of_body = placed.body.margin + placed.body.tree.radius();
+            let of_shape = self.shape.margin + self.tree.radius();
+            let [of_a, of_b] = [of_body, of_shape].map(|length| length * found.direction);
             hit.points = Some([p - of_a, q + of_b].map(|point| outer.transform_point(point)));
             hit.normal = (*outer.rotation() * -found.direction).try_normalize();
         }

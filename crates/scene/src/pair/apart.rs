@@ -11,7 +11,7 @@ use super::bounds::Proof;
 use super::question::Question;
 use super::state::Turn;
 use super::travel::slack;
-use crate::body::{Bodies, Placed, margins};
+use crate::body::{Bodies, Placed, thickness};
 use crate::cost::{WORK_PER_PLANE, WORK_PER_ROOT_TEST};
 use crate::facts::Facts;
 use crate::id::{PairKey, bodies_of};
@@ -126,7 +126,7 @@ impl Turn {
         context.deadline.spend(WORK_PER_ROOT_TEST);
         self.spent.work += WORK_PER_ROOT_TEST;
         let trees = pair.map(|placed| &*placed.body.tree);
-        let low = root_test::distance(trees, b_in_a, context.workspace) - margins(pair);
+        let low = root_test::distance(trees, b_in_a, context.workspace) - thickness(pair);
         let (bodies, key, frame) = (context.bodies, self.key(), context.round.frame);
         let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
         if low <= 0.0
@@ -156,7 +156,7 @@ impl Turn {
             self.state
                 .separating_plane
                 .distance(trees, b_in_a, PLANES, context.workspace);
-        let low = low - margins(pair);
+        let low = low - thickness(pair);
         let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, context.round.frame);
         context.deadline.spend(work);
         self.spent.work += work;
@@ -279,5 +279,5 @@ pub(crate) fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u6
 /// How far bodies at a proven distance `low`, margins not counted, can move before they may meet.
 pub(crate) fn room(pair: [&Placed; 2], low: f64) -> f64 {
     let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
-    low - STRETCH * (low + margins(pair)) - of_a - of_b
+    low - STRETCH * (low + thickness(pair)) - of_a - of_b
 }

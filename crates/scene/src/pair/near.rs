@@ -5,7 +5,7 @@ use super::apart::{STRETCH, room};
 use super::bounds::{Bounds, Near};
 use super::state::PairState;
 use super::travel::slack;
-use crate::body::{Bodies, margins};
+use crate::body::{Bodies, thickness};
 use crate::id::{PairKey, bodies_of};
 use glam::DVec3;
 use punctual_geom::{Aabb, length};
@@ -50,7 +50,7 @@ impl Bodies {
         }
         let way = (gone - bounds.gone).next_up();
         let low = (room(pair, bounds.low) - way).max(0.0);
-        let high = (bounds.high + margins(pair) + way) * (1.0 + STRETCH) - margins(pair);
+        let high = (bounds.high + thickness(pair) + way) * (1.0 + STRETCH) - thickness(pair);
         let rounding: f64 = pair
             .map(|placed| slack(&placed.body.tree, &placed.body.pose))
             .iter()
@@ -81,7 +81,7 @@ impl Bodies {
         }
         let [gap, span] = [gap(x, y), span(x, y)].map(length);
         [
-            (gap - STRETCH * (gap + margins(pair))).max(0.0),
+            (gap - STRETCH * (gap + thickness(pair))).max(0.0),
             span * (1.0 + STRETCH),
         ]
     }

@@ -4,7 +4,7 @@
 use super::bounds::{Bounds, Proof, Times};
 use super::spent::Spent;
 use crate::ask::distance_requests::DistanceRequest;
-use crate::body::{Bodies, Placed, margins};
+use crate::body::{Bodies, Placed, margins, radii, thickness};
 use crate::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::id::PairKey;
 use punctual::Answer as Answered;
@@ -33,8 +33,8 @@ pub(crate) enum Question<'t> {
     Distance(Query<'t, Distance>),
     /// The time of impact.
     Motion(Query<'t, Impact>),
-    /// The contacts.
-    Contacts(Query<'t, Manifolds>),
+    /// The contacts, and the radii of the trees.
+    Contacts(Query<'t, Manifolds>, f64),
 }
 
 /// The results so far after a call.
@@ -45,7 +45,7 @@ pub(crate) struct Answer {
     pub found: u64,
     pub proof: Option<Proof>,
     /// Lower bound of the distance of contacts not found; and the nearest one found: its triangles
-    /// and their distance.
+    /// and their distance, without radii.
     pub missing: f64,
     pub nearest: Option<([u32; 2], f64)>,
 }
@@ -117,7 +117,7 @@ impl<'t> Question<'t> {
                 distance.absolute_tolerance(tolerance).below(ceiling),
             )),
             None if bodies.is_moving(key) => Some(Self::motion([a, b])),
-            None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
+            None if thickness([a, b]) > 0.0 => Some(Self::Distance(distance.closer_than(0.0))),
             None => None,
         }
     }
@@ -152,14 +152,15 @@ impl<'t> Question<'t> {
     /// The contacts of the bodies of a pair.
     #[cold]
     pub fn contacts(pair @ [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
-        Self::Contacts(Query::manifolds(&a.body.tree, &b.body.tree, b_in_a).skin(margins(pair)))
+        let query = Query::manifolds(&a.body.tree, &b.body.tree, b_in_a);
+        Self::Contacts(query.skin(margins(pair)), radii(pair))
     }
 
     #[inline]
     pub fn least_work(&self) -> u64 {
         match self {
             Self::Meet(_) => LEAST_WORK,
-            Self::Distance(_) | Self::Motion(_) | Self::Contacts(_) => LEAST_DISTANCE_WORK,
+            Self::Distance(_) | Self::Motion(_) | Self::Contacts(..) => LEAST_DISTANCE_WORK,
         }
     }
 
@@ -170,7 +171,7 @@ impl<'t> Question<'t> {
             Self::Meet(query) => query.is_stopped_in(workspace),
             Self::Distance(query) => query.is_stopped_in(workspace),
             Self::Motion(query) => query.is_stopped_in(workspace),
-            Self::Contacts(query) => query.is_stopped_in(workspace),
+            Self::Contacts(query, _) => query.is_stopped_in(workspace),
         }
     }
 
@@ -202,7 +203,7 @@ impl<'t> Question<'t> {
             Self::Meet(query) => query.begin_task(to_the_end, workspace),
             Self::Distance(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
             Self::Motion(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
-            Self::Contacts(query) => query.begin(workspace, None, Budget::unlimited()),
+            Self::Contacts(query, _) => query.begin(workspace, None, Budget::unlimited()),
         }
     }
 
@@ -282,13 +283,15 @@ impl<'t> Question<'t> {
                 answer.contain(found.within);
                 answer
             }
-            Self::Contacts(query) => {
+            Self::Contacts(query, radii) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
                 let Answered {
                     value: found, stop, ..
                 } = query.spend(workspace, None, deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let within = found.nearest.filter(|&(_, apart)| query.is_within(apart));
+                let of_cores = |(triangles, apart): ([u32; 2], f64)| (triangles, apart + radii);
+                let (within, nearest) = (within.map(of_cores), found.nearest.map(of_cores));
                 let verdict = match within {
                     Some((triangles, distance)) => Verdict::of_witness(triangles, distance),
                     None if stop.is_final() && found.nearest.is_none() => Verdict::Separated,
@@ -302,7 +305,7 @@ impl<'t> Question<'t> {
                     found: u64::from(within.is_some()),
                     proof: None,
                     missing: if is_open { 0.0 } else { found.low },
-                    nearest: found.nearest,
+                    nearest,
                 };
                 answer.contain(found.within);
                 answer

@@ -1,7 +1,7 @@
 //! Tests whether the triangles that met last, or their neighbors, still meet: the cheapest test,
 //! for eight pairs at once.
 
-use crate::body::{Bodies, Placed, margins, triangle_ids};
+use crate::body::{Bodies, Placed, thickness, triangle_ids};
 use crate::id::PairKey;
 use arrayvec::ArrayVec;
 use core::mem;
@@ -102,7 +102,7 @@ pub(crate) fn within(pair: [&Placed; 2], witness: [u32; 2]) -> Option<([u32; 2],
         true => 0.0,
         false => closest_or_meeting(&a, &b).high,
     };
-    (distance <= margins(pair)).then_some((ids, distance))
+    (distance <= thickness(pair)).then_some((ids, distance))
 }
 
 /// Tests the neighbors of the latest witness, because surfaces usually still meet nearby, unless

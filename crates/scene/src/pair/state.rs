@@ -6,7 +6,7 @@ use super::question::Answer;
 use super::spent::{Spent, capped};
 use super::touch::Touch;
 use crate::ask::TurnKind;
-use crate::body::{Bodies, margins};
+use crate::body::{Bodies, thickness};
 use crate::id::PairKey;
 use crate::schedule::known::Known;
 use alloc::boxed::Box;
@@ -264,7 +264,7 @@ impl PairState {
             true => (distance + drift) * (1.0 + STRETCH),
             false => distance,
         };
-        let touches = distance <= margins(pair);
+        let touches = distance <= thickness(pair);
         if touches {
             self.completed = frame;
             self.decide(Verdict::of_witness(triangles, distance), 1, frame);

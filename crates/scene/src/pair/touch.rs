@@ -4,7 +4,7 @@ use super::spent::Spent;
 use super::state::PairState;
 use super::travel::slack;
 use crate::ask::contacts::ContactPoint;
-use crate::body::{Bodies, Placed, margins};
+use crate::body::{Bodies, Placed, margins, radii};
 use crate::cost::WORK_PER_TOUCH;
 use crate::id::PairKey;
 use crate::room::{Room, reserve};
@@ -103,7 +103,7 @@ impl Touch {
         if let Some((_, distance)) = self.nearest.filter(|_| self.points.is_empty()) {
             // Surfaces that are not oriented may be near each other without a contact. The nearest
             // triangles are known up to a thousandth of their distance.
-            self.low = self.low.min(0.999 * distance);
+            self.low = self.low.min(0.999 * distance - radii(pair));
         }
         let size = pair.map(|placed| length(placed.body.tree.mesh().aabb().extents()));
         self.inherit(before, REACH * size[0].min(size[1]));

@@ -75,6 +75,22 @@ impl Manifold {
         &self.points
     }
 
+    /// Makes it one of surfaces with these radii, from that of their cores.
+    pub(crate) fn thicken(&mut self, radii: [f64; 2]) {
+        let [of_a, of_b] = radii;
+        if of_a + of_b == 0.0 {
+            return;
+        }
+        for point in &mut self.points {
+            point.points[0] -= point.normal * of_a;
+            point.points[1] += point.normal * of_b;
+            point.distance -= of_a + of_b;
+        }
+        self.centroid += self.normal * (0.5 * (of_b - of_a));
+        self.distance -= of_a + of_b;
+        self.is_overlap |= self.distance < 0.0;
+    }
+
     /// Makes a manifold of at most four of these candidates, which stand for all of them.
     pub(crate) fn of(
         normal: DVec3,
