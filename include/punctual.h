@@ -1432,6 +1432,35 @@ typedef struct punctual_outcome {
 } punctual_outcome;
 
 /**
+ * The question where a surface intersects itself. Plain data, made by
+ * `punctual_self_query_new`; it borrows the tree. To resume a query or to ask for its certificate,
+ * all of it must be what it was.
+ *
+ * Triangles without a common corner count if they share a point; with one, if they share another
+ * point; with a common edge, if they are coplanar and on the same side of it. Corners are common if
+ * their positions are equal. A triangle that is there twice counts.
+ */
+typedef struct punctual_self_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * A `punctual_mode`; MODE_ALL by default.
+   */
+  uint32_t mode;
+  /**
+   * The tree.
+   */
+  const struct punctual_tree *tree;
+  /**
+   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it
+   * is full.
+   */
+  size_t pair_limit;
+} punctual_self_query;
+
+/**
  * What this query will take, if nothing stops it, given what is remembered of the pair;
  * `memory` may be null. Takes about a microsecond and allocates nothing.
  */
@@ -1542,6 +1571,87 @@ punctual_status punctual_query_remaining(const struct punctual_query *query,
                                          const struct punctual_workspace *workspace,
                                          const struct punctual_memory *memory,
                                          struct punctual_remaining *remaining);
+
+/**
+ * What `punctual_self_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_self_query_init(struct punctual_self_query *query, size_t size, const struct punctual_tree *tree);
+
+/**
+ * The question for all pairs of triangles of a mesh that intersect. Checked when it is run.
+ */
+PUNCTUAL_INLINE punctual_self_query punctual_self_query_new(const struct punctual_tree *tree) {
+  punctual_self_query query;
+  punctual_self_query_init(&query, sizeof query, tree);
+  return query;
+}
+
+/**
+ * Runs a query within a budget. It does not allocate, lock or panic. The pairs stay in the
+ * workspace, each once, the lower triangle first.
+ *
+ * Under a time budget it returns at most one poll interval of work late, under a work
+ * budget at most PUNCTUAL_MAX_STEP_WORK units later.
+ * `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
+ */
+punctual_status punctual_self_query_run(const struct punctual_self_query *query,
+                                        struct punctual_workspace *workspace,
+                                        struct punctual_budget budget,
+                                        const struct punctual_clock *clock,
+                                        struct punctual_outcome *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
+ * However it is cut into pieces by work budgets, the outcome at the end is that of one
+ * uninterrupted run.
+ *
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
+ */
+punctual_status punctual_self_query_resume(const struct punctual_self_query *query,
+                                           struct punctual_workspace *workspace,
+                                           struct punctual_budget budget,
+                                           const struct punctual_clock *clock,
+                                           struct punctual_outcome *outcome);
+
+/**
+ * What the last run of this query in the workspace left open.
+ * Takes time linear in the open pairs; allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
+ */
+punctual_status punctual_self_query_certificate(const struct punctual_self_query *query,
+                                                const struct punctual_workspace *workspace,
+                                                struct punctual_certificate *certificate);
+
+/**
+ * Boxes in A's frame, at most one for each open pair.
+ * Every missed intersection has all its points in one of them.
+ * As many as `capacity` allows are written to `boxes`, and how many there are to
+ * `count`.
+ *
+ * Fails as the function for the certificate.
+ */
+punctual_status punctual_self_query_open_boxes(const struct punctual_self_query *query,
+                                               const struct punctual_workspace *workspace,
+                                               struct punctual_aabb *boxes,
+                                               size_t capacity,
+                                               size_t *count);
+
+/**
+ * What the last run of this query in the workspace has still to do. docs/c.md states
+ * the cost. Allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
+ */
+punctual_status punctual_self_query_remaining(const struct punctual_self_query *query,
+                                              const struct punctual_workspace *workspace,
+                                              struct punctual_remaining *remaining);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 10. Distance: how far apart are they?

@@ -406,6 +406,32 @@ struct Query : punctual_query {
   }
 };
 
+/** Where does a surface intersect itself? The fields of punctual_self_query are public; the tree must outlive it. */
+struct SelfQuery : punctual_self_query {
+  explicit SelfQuery(const Tree &of) noexcept : punctual_self_query(punctual_self_query_new(of.get())) {}
+  SelfQuery(const Tree &&) = delete;
+
+  Result<punctual_outcome> run(Workspace &workspace, punctual_budget budget,
+                               const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_outcome>(punctual_self_query_run, this, workspace.get(), budget, clock);
+  }
+  Result<punctual_outcome> resume(Workspace &workspace, punctual_budget budget,
+                                  const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_outcome>(punctual_self_query_resume, this, workspace.get(), budget, clock);
+  }
+  Result<punctual_remaining> remaining(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_self_query_remaining, this, workspace.get());
+  }
+  Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_certificate>(punctual_self_query_certificate, this, workspace.get());
+  }
+  /** Writes up to `capacity` boxes; how many there are. */
+  Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
+                                 std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_self_query_open_boxes, this, workspace.get(), boxes, capacity);
+  }
+};
+
 /** How far apart? The fields of punctual_distance_query are public; the trees must outlive it. */
 struct DistanceQuery : punctual_distance_query {
   DistanceQuery(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept

@@ -34,6 +34,7 @@ page!(motion, "guide/motion.md");
 page!(contacts, "guide/contacts.md");
 page!(rays, "guide/rays.md");
 page!(solids, "guide/solids.md");
+page!(shapes, "guide/shapes.md");
 page!(push_out, "guide/push_out.md");
 page!(scenes, "scene.md");
 page!(performance, "performance.md");

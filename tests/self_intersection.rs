@@ -262,6 +262,53 @@ fn nasty_meshes_have_the_pairs_of_brute_force() {
     assert!(found > 20_000, "{found}");
 }
 
+/// Two triangles that share a corner or an edge, and are 1 to 1e-17 of their size from another
+/// common point, or past it: of all shapes, slivers too. The fast filters must not lose a meeting.
+#[test]
+fn neighbors_that_almost_meet_beyond_what_they_share_are_told_apart() {
+    let (mut random, mut workspace) = (Random::new(31), Workspace::new());
+    let mut portable = Workspace::new();
+    portable.use_portable_kernels();
+    let mut counts = [[0; 2]; 2];
+    for round in 0..40_000 {
+        let [corner, p, q, r] = [0; 4].map(|_| random.vector());
+        let thin = 10f64.powf(-4.0 * random.unit());
+        let [p, q] = [p, p + (q - p) * thin];
+        let inside = p.lerp(q, random.unit()) * (0.2 + 0.8 * random.unit());
+        let gap = r * (random.signed() * 10f64.powf(-17.0 * random.unit()));
+        let is_edge = round % 2 == 0;
+        let (s, t) = if is_edge {
+            (p, inside + gap)
+        } else {
+            (inside + gap, r)
+        };
+        let mut vertices = vec![corner, corner + p, corner + q, corner + t];
+        if !is_edge {
+            vertices.push(corner + s);
+        }
+        let other = if is_edge { [0, 1, 3] } else { [0, 4, 3] };
+        let turn = |t: [u32; 3], by: usize| [t[by % 3], t[(by + 1) % 3], t[(by + 2) % 3]];
+        let flip = |t: [u32; 3], by: usize| if by < 3 { t } else { [t[1], t[0], t[2]] };
+        let (x, y) = (random.below(6), random.below(6));
+        let triangles = [flip(turn([0, 1, 2], x), x), flip(turn(other, y), y)];
+        let [a, b] = triangles.map(|t| t.map(|i| vertices[i as usize]));
+        let expected = triangles_intersect_beyond_shared(&a, &b);
+        let tree = Tree::new(Mesh::from_f64(vertices, triangles).unwrap());
+        let query = Query::self_intersections(&tree);
+        let answer = query.run(&mut workspace, ENOUGH);
+        assert_eq!(answer.stats.found > 0, expected, "{a:?} {b:?}");
+        let stats = query.run(&mut portable, ENOUGH).stats;
+        assert_eq!(
+            [answer.stats.exact_tests, answer.stats.work],
+            [stats.exact_tests, stats.work]
+        );
+        counts[usize::from(is_edge)][usize::from(expected)] += 1;
+    }
+    assert!(counts[0].iter().all(|&n| n > 1000), "{counts:?}");
+    // Edges meet beyond it only if they are coplanar, to the last bit.
+    assert!(counts[1][0] > 1000, "{counts:?}");
+}
+
 /// Stops after every budget of the first and a sample of the others, resumed to the end, in one
 /// workspace that was used by another question.
 #[test]

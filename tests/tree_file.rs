@@ -190,7 +190,7 @@ fn every_fault_is_named() {
         changed(8, &[0]),
         TreeFileError::Version {
             found: 0,
-            supported: 2
+            supported: 3
         }
     );
     assert_eq!(changed(12, &[5]), TreeFileError::CoordinateSize(5));

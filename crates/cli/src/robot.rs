@@ -13,8 +13,8 @@ use punctual_io::{FileError, Format};
 use punctual_lab::files::Listed;
 use punctual_lab::report::{self, Failure};
 use punctual_robot::{
-    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, LARGEST, Model, Outcome,
-    RobotError, Shape, ShapeId, UrdfOptions,
+    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, LARGEST, Margin, Model,
+    Outcome, RobotError, Shape, ShapeId, UrdfOptions,
 };
 use punctual_view::Obstacle;
 
@@ -52,6 +52,10 @@ pub struct Args {
     /// Closed meshes are solids: what is inside them collides.
     #[arg(long)]
     solids: bool,
+    /// Shapes that are no farther apart than this, in metres, count as in contact. A clearance is
+    /// what is left above it.
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = parse_size, allow_negative_numbers = true)]
+    margin: f64,
     /// A folder of meshes in world coordinates that stand around the robot.
     #[arg(long, value_name = "DIR")]
     env: Option<PathBuf>,
@@ -137,6 +141,7 @@ impl Args {
         let model = Model::from_urdf(&self.urdf, &options)?;
         model.notices().iter().for_each(|notice| complain(notice));
         let (mut checker, mut obstacles) = (Checker::new(Arc::new(model)), Vec::new());
+        checker.set_margin(Margin::All, self.margin)?;
         let Some(folder) = &self.env else {
             return Ok((checker, obstacles));
         };

@@ -32,17 +32,7 @@ impl Format {
     /// # Errors
     /// If it stands for none.
     pub fn of(file: &Path) -> Result<Self, ReadError> {
-        let extension = |file: &Path| {
-            file.extension()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .to_ascii_lowercase()
-        };
-        let mut name = extension(file);
-        if name == "gz" {
-            name = extension(file.file_stem().unwrap_or_default().as_ref());
-        }
-        match name.as_str() {
+        match extension(file).as_str() {
             "obj" => Ok(Self::Obj),
             "stl" => Ok(Self::Stl),
             "ply" => Ok(Self::Ply),
@@ -81,4 +71,21 @@ impl Format {
             () => Err(ReadError::new("no mesh format by its content")),
         }
     }
+}
+
+/// The extension of a file name in lower case; of `.gz` files, that before it.
+pub(crate) fn extension(file: &Path) -> String {
+    let is_packed = file
+        .extension()
+        .is_some_and(|name| name.eq_ignore_ascii_case("gz"));
+    let name = if is_packed {
+        file.file_stem()
+    } else {
+        file.file_name()
+    };
+    let extension = Path::new(name.unwrap_or_default()).extension();
+    extension
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_ascii_lowercase()
 }

@@ -21,6 +21,7 @@ mod obj;
 mod off;
 mod options;
 mod ply;
+pub mod points;
 mod polygon;
 mod stl;
 pub mod text;
@@ -63,14 +64,7 @@ pub fn load(file: &Path) -> Result<Loaded, FileError> {
 pub fn load_with(file: &Path, options: &ReadOptions) -> Result<Loaded, FileError> {
     let format = Format::of(file).map_err(|error| FileError::new(file, error))?;
     let bytes = std::fs::read(file).map_err(|error| FileError::from_io(file, &error))?;
-    let folder = options
-        .folder
-        .clone()
-        .or_else(|| file.parent().map(Path::to_owned));
-    let options = ReadOptions {
-        folder,
-        ..options.clone()
-    };
+    let options = options.clone().in_folder_of(file);
     read_with(&bytes, format, &options).map_err(|error| FileError::new(file, error))
 }
 
@@ -96,23 +90,8 @@ pub fn read_with(
     let format = format
         .into()
         .map_or_else(|| Format::of_content(&bytes), Ok)?;
-    // The header of a binary STL file may begin with any bytes.
-    let is_wide = format != Format::Stl && text::is_utf16(&bytes);
-    let bytes = if is_wide {
-        Cow::Owned(text::decode(&bytes).into_owned().into_bytes())
-    } else {
-        bytes
-    };
     let mut notices = Notices::default();
-    let surface = match format {
-        Format::Obj => obj::parse(&bytes, &mut notices),
-        Format::Stl => stl::parse(&bytes, &mut notices),
-        Format::Ply => ply::parse(&bytes, &mut notices),
-        Format::Off => off::parse(&bytes, &mut notices),
-        Format::Collada => collada::parse(&bytes, options, &mut notices),
-        Format::Gltf => gltf::parse(&bytes, options, &mut notices),
-    };
-    let mut surface = surface?;
+    let mut surface = surface(&bytes, format, options, &mut notices)?;
     if surface.triangles.is_empty() {
         let passed = notices
             .first()
@@ -129,6 +108,30 @@ pub fn read_with(
         mesh: scaled.unwrap_or(mesh),
         notices: notices.into_list(),
     })
+}
+
+/// What a mesh file holds.
+fn surface(
+    bytes: &[u8],
+    format: Format,
+    options: &ReadOptions,
+    notices: &mut Notices,
+) -> Result<Surface, ReadError> {
+    // The header of a binary STL file may begin with any bytes.
+    let is_wide = format != Format::Stl && text::is_utf16(bytes);
+    let bytes = &*if is_wide {
+        Cow::Owned(text::decode(bytes).into_owned().into_bytes())
+    } else {
+        Cow::Borrowed(bytes)
+    };
+    match format {
+        Format::Obj => obj::parse(bytes, notices),
+        Format::Stl => stl::parse(bytes, notices),
+        Format::Ply => ply::parse(bytes, notices),
+        Format::Off => off::parse(bytes, notices),
+        Format::Collada => collada::parse(bytes, options, notices),
+        Format::Gltf => gltf::parse(bytes, options, notices),
+    }
 }
 
 /// What is in a file packed by gzip, or the bytes as they are.

@@ -1,6 +1,6 @@
 //! How a file is read: limits, unit, upward axis.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How large a mesh may become by the repeated use of its parts, as glTF allows, and a packed file.
 ///
@@ -109,6 +109,12 @@ impl ReadOptions {
             folder: Some(folder.into()),
             ..self
         }
+    }
+
+    /// The same, for a file whose buffers lie beside it unless a folder is given.
+    pub(crate) fn in_folder_of(self, file: &Path) -> Self {
+        let folder = self.folder.or_else(|| file.parent().map(Path::to_owned));
+        Self { folder, ..self }
     }
 
     /// Turns vertices.

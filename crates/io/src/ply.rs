@@ -22,6 +22,14 @@ const STRIP_ENDS: [f64; 2] = [-1.0, u32::MAX as f64];
 
 pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, ReadError> {
     let header = Header::parse(bytes, notices)?;
+    let is_there = |name: &str| header.elements.iter().any(|element| element.name == name);
+    if !is_there("face") && !is_there(STRIPS) {
+        let what = match is_there("range_grid") {
+            true => "needs range grids, which is not supported",
+            false => "the file has no element `face`",
+        };
+        notices.add(Place::Line(header.lines), what);
+    }
     let mut body = Body::new(bytes, &header);
     let mut surface = Surface::default();
     let mut faces = Faces::default();

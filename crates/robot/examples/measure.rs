@@ -1,6 +1,6 @@
-//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon [REPETITIONS]]`, with
-//! the files of one robot:
-//! `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
+//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon|cycles
+//! [REPETITIONS]]`, with the files of one robot: `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`,
+//! `labels.csv`, `clearance.csv`, `edges.csv`.
 
 use std::error::Error;
 use std::path::Path;
@@ -8,9 +8,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
-use punctual::{Budget, Pose};
+use punctual::glam::DMat3;
+use punctual::{Budget, Pose, Query, Workspace};
 use punctual_robot::{
-    Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Model, Shape, UrdfOptions,
+    Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Horizon, Margin, Model,
+    NearPairs, Shape, Track, Trajectory, UrdfOptions, braking_time, safe_speed,
 };
 
 type Table = Vec<Vec<String>>;
@@ -33,6 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut checker = Checker::new(Arc::clone(&model));
     let mut files: Vec<_> = std::fs::read_dir(dir.join("env"))?.collect::<Result<_, _>>()?;
     files.sort_by_key(|file| file.path());
+    let mut obstacles = Vec::new();
     for file in files {
         let name = file
             .path()
@@ -41,7 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             .to_string_lossy()
             .into_owned();
         let mesh = punctual_io::load(&file.path())?.mesh;
-        checker.add(&name, Pose::IDENTITY, Shape::mesh(mesh))?;
+        let shape = Shape::mesh(mesh);
+        obstacles.push(shape.clone());
+        checker.add(&name, Pose::IDENTITY, shape)?;
     }
     let pairs = table(&dir.join("pairs.csv"))?.len();
     println!("pairs {} of {pairs}", checker.pairs().len());
@@ -67,19 +72,24 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("labels wrong {wrong} of {}", labels.len());
     }
     let ranges = if asks("labels") { 2 } else { 0 };
+    let mut apart = checker.clone();
+    apart.set_margin(Margin::All, 0.02)?;
     for (name, range) in [("random", 0..2000), ("near contact", 2000..2500)]
         .into_iter()
         .take(ranges)
     {
-        let mut least = f64::INFINITY;
+        let mut least = [f64::INFINITY; 2];
         for _ in 0..repetitions {
-            let start = ThreadTime::now();
-            for q in &configs[range.clone()] {
-                let _ = checker.collide(q, unlimited)?;
+            for (checker, least) in [&mut checker, &mut apart].into_iter().zip(&mut least) {
+                let start = ThreadTime::now();
+                for q in &configs[range.clone()] {
+                    let _ = checker.collide(q, unlimited)?;
+                }
+                *least = least.min(start.elapsed().as_secs_f64() * 1e6 / range.len() as f64);
             }
-            least = least.min(start.elapsed().as_secs_f64() * 1e6 / range.len() as f64);
         }
-        println!("a label, {name}: {least:.2} us");
+        let [without, with] = least;
+        println!("a label, {name}: {without:.2} us; with a margin of 2 cm: {with:.2} us");
     }
     let rows = table(&dir.join("clearance.csv"))?;
     for tolerance in [1e-9, 1e-4].into_iter().filter(|_| asks("clearance")) {
@@ -137,6 +147,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     if asks("horizon") {
         horizon(&mut checker, &configs[..2000])?;
     }
+    if asks("pairs") {
+        near_pairs(&mut checker, &obstacles, &configs[..500])?;
+    }
+    if asks("cycles") {
+        cycles(&checker, &configs[..2000])?;
+    }
     Ok(())
 }
 
@@ -165,6 +181,130 @@ fn horizon(checker: &mut Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Er
         at(0.5),
         at(0.99),
         at(1.0)
+    );
+    Ok(())
+}
+
+/// A controller at 1 kHz with 200 us a cycle, on lines at up to 2 rad/s, with and without three
+/// balls that cross the cell at 1 m/s: cycles in which it is proven for the balls of now that it
+/// may go on, and those in which it must brake harder than it can. Against one that asks anew in
+/// each cycle.
+fn cycles(checker: &Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Error>> {
+    const CYCLE: f64 = 0.001;
+    for (balls, budget) in [(0, 200), (0, 1_000_000), (3, 200), (3, 1_000_000)] {
+        let mut checker = checker.clone();
+        let mut places = Vec::new();
+        for i in 0..balls {
+            let turn = f64::from(i) * 2.1;
+            let at = [0.9 * turn.cos(), 0.9 * turn.sin(), 0.3 + 0.2 * f64::from(i)];
+            let pose = Pose::new(DMat3::IDENTITY, at)?;
+            places.push((checker.add("ball", pose, Shape::sphere(0.08)?)?, at));
+        }
+        let (mut moved, mut proven, mut harder, mut cycles) = (0, 0, 0, 0);
+        let (mut fresh_moved, mut fresh_harder, mut times) = (0, 0, Vec::new());
+        let budget = Budget::time(Duration::from_micros(budget));
+        for (q, next) in configs.iter().zip(&configs[1..]).step_by(20) {
+            let ways = q.iter().zip(next).map(|(a, b)| b - a);
+            let fastest = ways.clone().fold(0f64, |most, way| most.max(way.abs()));
+            let velocity: Vec<f64> = ways.map(|way| way * 2.0 / fastest).collect();
+            if checker.collide(q, Budget::unlimited())?.value != Collision::Free {
+                continue;
+            }
+            let braking = braking_time(&velocity, &vec![10.0; q.len()]);
+            let change = CYCLE / braking + 1e-9;
+            let mut plan = Trajectory::default();
+            plan.push(fastest / 2.0, &[q, &velocity])?;
+            let mut horizon = Horizon::new(CYCLE, braking)?;
+            let (mut speed, mut new) = (0.0, Some(&plan));
+            let (mut at, mut fresh) = (0.0, 0.0);
+            for cycle in 0..600 {
+                let now = CYCLE * f64::from(cycle);
+                for (id, [x, y, z]) in &places {
+                    let velocity = [-x, -y, 0.0];
+                    let at = [x - now * x, y - now * y, *z];
+                    let track =
+                        Track::velocity(&Pose::new(DMat3::IDENTITY, at)?, velocity, [0.0; 3]);
+                    checker.move_along(*id, track?)?;
+                }
+                let start = Instant::now();
+                let ahead = horizon.step(&mut checker, new.take(), budget)?.value;
+                times.push(start.elapsed());
+                let is_moving = speed > 0.0 || ahead.speed > 0.0;
+                moved += u32::from(is_moving);
+                proven += u32::from(is_moving && ahead.since == 0);
+                harder += u32::from(ahead.speed < speed - change);
+                cycles += 1;
+                speed = ahead.speed;
+                // Another one, that keeps nothing but its speed.
+                let ahead = checker
+                    .horizon(&plan.at(at), &velocity, braking, budget)?
+                    .value;
+                let allowed = safe_speed(ahead.free_until, CYCLE, braking);
+                let is_harder = allowed < fresh - change && at < plan.seconds();
+                fresh_moved += u32::from(fresh > 0.0);
+                fresh_harder += u32::from(is_harder);
+                fresh = allowed.min(fresh + change);
+                at += fresh * CYCLE;
+            }
+        }
+        times.sort_unstable();
+        let at = |share: f64| times[(share * (times.len() - 1) as f64) as usize];
+        println!(
+            "{balls} balls, {budget:?}: moved in {moved} of {cycles} cycles, proven anew in {proven}, braked too hard in {harder}; {:?} median, {:?} at 99 %; asked anew: moved {fresh_moved}, too hard {fresh_harder}",
+            at(0.5),
+            at(0.99),
+        );
+    }
+    Ok(())
+}
+
+/// All pairs within 5 cm, with gradients, against a plain loop of distances.
+fn near_pairs(
+    checker: &mut Checker,
+    obstacles: &[Shape],
+    configs: &[Vec<f64>],
+) -> Result<(), Box<dyn Error>> {
+    const WITHIN: f64 = 0.05;
+    let (mut found, options) = (NearPairs::default(), ClearanceOptions::default());
+    let (mut count, mut differ, mut workspace) = (0, 0, Workspace::new());
+    let mut times = [Vec::new(), Vec::new()];
+    for q in configs {
+        let start = ThreadTime::now();
+        let _ = checker.near_pairs(q, WITHIN, &options, Budget::unlimited(), &mut found)?;
+        times[0].push(start.elapsed());
+        count += found.pairs.len();
+        let start = ThreadTime::now();
+        let model = checker.model();
+        let poses = model.link_poses(q)?;
+        let links = model.description().links.iter().zip(poses);
+        let mut shapes: Vec<(Pose, &Shape)> = Vec::new();
+        for (link, pose) in links {
+            for (own, shape) in &link.shapes {
+                shapes.push((pose.compose(own)?, shape));
+            }
+        }
+        shapes.extend(obstacles.iter().map(|shape| (Pose::IDENTITY, shape)));
+        let mut near = 0;
+        for pair in checker.pairs() {
+            let [a, b] = pair.map(|id| &shapes[id.number() as usize]);
+            let b_in_a = a.0.inverse()?.compose(&b.0)?;
+            let query = Query::distance(a.1.surface(), b.1.surface(), b_in_a);
+            let query = query.absolute_tolerance(1e-6);
+            let bounds = query.run(&mut workspace, Budget::unlimited()).value;
+            near += usize::from(bounds.low <= WITHIN);
+        }
+        times[1].push(start.elapsed());
+        differ += near.abs_diff(found.pairs.len());
+    }
+    for (name, times) in ["pairs within 5 cm", "a plain loop"].iter().zip(&mut times) {
+        times.sort_unstable();
+        let mean = times.iter().sum::<Duration>() / times.len() as u32;
+        let [median, late] = [times.len() / 2, times.len() * 95 / 100].map(|i| times[i]);
+        println!("{name}: median {median:?}, mean {mean:?}, 95 % {late:?}");
+    }
+    println!(
+        "{count} pairs in {} configurations, {differ} differ",
+        configs.len()
     );
     Ok(())
 }

@@ -10,7 +10,7 @@ use std::thread;
 use punctual::Budget;
 use punctual::engine::Deadline;
 
-use crate::call::{Call, Room};
+use crate::call::{Call, Counted, Room};
 use crate::checker::Outcome;
 use crate::error::refuse;
 use crate::order::Fact;
@@ -70,6 +70,7 @@ impl Checker {
         budget: Budget,
         threads: usize,
     ) -> Result<Vec<Outcome<Edge>>, RobotError> {
+        options.check()?;
         let (rows, width) = self.model().rows(from)?;
         let ends = self.model().rows(to)?.0;
         if ends != rows {
@@ -77,17 +78,17 @@ impl Checker {
         }
         Ok(self.batch(rows, budget, threads, |call, row| {
             let ends = [from, to].map(|ends| &ends[row * width..][..width]);
-            call.edge(&ends, *options, 1.0)
+            call.edge(&ends, *options)
         }))
     }
 
     /// Works in rounds, each as long as all rounds before it together, within limits.
-    fn batch<T: Send>(
+    pub(crate) fn batch<T: Send>(
         &mut self,
         rows: usize,
         budget: Budget,
         threads: usize,
-        ask: impl Fn(Call<'_>, usize) -> T + Sync,
+        ask: impl Fn(Call<'_, '_>, usize) -> T + Sync,
     ) -> Vec<T> {
         self.room.begin();
         let (world, order, rooms) = (&self.world, &mut self.order, &mut self.rooms);
@@ -116,6 +117,7 @@ impl Checker {
                             facts: &mut facts,
                             room,
                             deadline: Deadline::of(budget.into()),
+                            pairs: Counted::All,
                         };
                         *answer = Some(ask(call, row));
                     }

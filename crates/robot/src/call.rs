@@ -12,7 +12,7 @@ use crate::order::{BOX_WORK, Fact};
 use crate::placement::Placement;
 use crate::shape::{Inner, holds_part};
 use crate::transform::{Transform, to_pose};
-use crate::world::World;
+use crate::world::{Pair, World};
 
 /// Work of placing a body, and of the test of a pair's spheres, in units of a query's work.
 const WORK_PER_BODY: u64 = 64;
@@ -39,18 +39,9 @@ pub(crate) struct Room {
 }
 
 impl Room {
+    /// Takes over what has changed in the world, and begins a call.
     pub fn sync(&mut self, world: &World) {
         self.placement.sync(world);
-        self.fit(world);
-    }
-
-    /// Takes over a shape that was moved, or added behind the others.
-    pub fn update(&mut self, world: &World, at: usize) {
-        self.placement.update(world, at);
-        self.fit(world);
-    }
-
-    fn fit(&mut self, world: &World) {
         let none = || (0, PairMemory::without_clearance());
         self.memory.resize_with(world.pairs.len(), none);
         self.begin();
@@ -64,15 +55,28 @@ impl Room {
     }
 }
 
-pub(crate) struct Call<'c> {
+pub(crate) struct Call<'c, 'k> {
     pub world: &'c World,
     pub order: &'c [u32],
     pub facts: &'c mut [Fact],
     pub room: &'c mut Room,
-    pub deadline: Deadline<'c>,
+    pub deadline: Deadline<'k>,
+    /// The pairs that count.
+    pub pairs: Counted,
 }
 
-impl<'c> Call<'c> {
+/// Which pairs count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Counted {
+    #[default]
+    All,
+    /// Those of shapes that move with the robot or stand still.
+    Still,
+    /// Those with obstacles that move by themselves.
+    Timed,
+}
+
+impl<'c> Call<'c, '_> {
     pub fn outcome<T>(&mut self, value: T, end: Result<(), StopReason>) -> Outcome<T> {
         Outcome {
             value,
@@ -82,12 +86,23 @@ impl<'c> Call<'c> {
         }
     }
 
-    /// Places the robot. The error is the reason why the call must stop.
-    pub fn put(&mut self, configuration: &[f64]) -> Result<(), StopReason> {
+    /// Places the robot, and obstacles that move by themselves at a time. The error is the reason
+    /// why the call must stop.
+    pub fn put(&mut self, configuration: &[f64], time: f64) -> Result<(), StopReason> {
         let bodies = self.world.model.bodies.len() as u64 * WORK_PER_BODY;
         self.pay(bodies + (self.world.pairs.len() / PAIRS_PER_WORK) as u64)?;
-        self.room.placement.put(self.world, configuration);
+        self.room.placement.put(self.world, configuration, time);
         Ok(())
+    }
+
+    /// True if a pair counts.
+    pub fn counts(&self, pair: u32) -> bool {
+        let is_timed = self.world.pairs[pair as usize].is_timed;
+        match self.pairs {
+            Counted::All => true,
+            Counted::Still => !is_timed,
+            Counted::Timed => is_timed,
+        }
     }
 
     /// Pays for work outside of queries; an error if there is no room for it.
@@ -107,7 +122,7 @@ impl<'c> Call<'c> {
     pub fn find(&mut self, cursor: &mut usize) -> Result<Option<u32>, StopReason> {
         while let Some(&pair) = self.order.get(*cursor) {
             let slot = self.world.pairs[pair as usize].slot;
-            if self.room.placement.is_near(slot) {
+            if self.room.placement.is_near(slot) && self.counts(pair) {
                 let before = self.deadline.done();
                 let met = self.meets(pair, false)?;
                 self.facts[pair as usize].add(&Fact {
@@ -124,30 +139,47 @@ impl<'c> Call<'c> {
         Ok(None)
     }
 
-    /// The shapes of a pair, and the pose of the second in the frame of the first.
-    pub fn pair(&mut self, pair: u32) -> ([&'c Inner; 2], Transform) {
+    /// A pair, its shapes, and the pose of the second in the frame of the first.
+    pub fn pair(&mut self, pair: u32) -> (&'c Pair, [&'c Inner; 2], Transform) {
         let pair = &self.world.pairs[pair as usize];
         let shapes = [pair.a, pair.b].map(|i| self.world.shapes[i as usize].shape.inner());
-        (shapes, self.room.placement.b_in_a(self.world, pair))
+        (pair, shapes, self.room.placement.b_in_a(self.world, pair))
     }
 
-    /// Decides whether the shapes of a pair meet. The memory is of earlier configurations of the
-    /// same call.
+    /// Decides whether the shapes of a pair are within their margin. The memory is of earlier
+    /// configurations of the same call.
     pub fn meets(&mut self, pair: u32, with_memory: bool) -> Result<bool, StopReason> {
-        let ([a, b], b_in_a) = self.pair(pair);
+        let (of, [a, b], b_in_a) = self.pair(pair);
+        let margin = self.room.placement.margin(of);
+        // Boxes that overlap by more than the margin mostly hold surfaces that intersect, which is
+        // decided in less time than the distance.
+        let mut may_intersect = margin == 0.0;
         if !self.room.is_stopped {
             self.pay(BOX_WORK)?;
-            if self.room.placement.box_gap([a, b], &b_in_a) > 0.0 {
+            let gap = self.room.placement.box_gap(of, [a, b], &b_in_a);
+            if gap > 0.0 {
                 return Ok(false);
             }
             if self.holds_part([a, b], &b_in_a) {
                 return Ok(true);
             }
+            may_intersect |= gap < -2.0 * margin;
         }
         let memory = with_memory.then_some(pair);
-        let query = Query::<Intersection>::intersection(&a.tree, &b.tree, to_pose(&b_in_a));
-        let (verdict, end) = self.run(&query, memory);
-        end.map(|()| verdict != Verdict::Separated)
+        let pose = to_pose(&b_in_a);
+        let is_thin = a.tree.radius() + b.tree.radius() == 0.0;
+        if may_intersect && is_thin {
+            let query = Query::<Intersection>::intersection(&a.tree, &b.tree, pose);
+            let (verdict, end) = self.run(&query, memory);
+            end?;
+            if margin == 0.0 || verdict != Verdict::Separated {
+                return Ok(verdict != Verdict::Separated);
+            }
+        }
+        let query = Query::distance(&a.tree, &b.tree, pose);
+        let (bounds, end) = self.run(&query.closer_than(margin), memory);
+        // If f64 cannot tell a pair from one at the margin, it counts as within it.
+        end.map(|()| bounds.closer != Some(false))
     }
 
     /// Bounds of the distance of a pair's surfaces, final unless the call must stop.
@@ -156,7 +188,7 @@ impl<'c> Call<'c> {
         pair: u32,
         ask: impl for<'q> Fn(Query<'q, Distance>) -> Query<'q, Distance>,
     ) -> (distance::Bounds, Result<(), StopReason>) {
-        let ([a, b], b_in_a) = self.pair(pair);
+        let (_, [a, b], b_in_a) = self.pair(pair);
         let query = Query::distance(&a.tree, &b.tree, to_pose(&b_in_a));
         self.run(&ask(query), Some(pair))
     }
@@ -169,8 +201,11 @@ impl<'c> Call<'c> {
         samples > 0 && holds_part(a, b, b_in_a)
     }
 
-    /// Decides whether the surfaces of a pair are farther apart than this.
-    pub fn is_farther(&mut self, pair: u32, limit: f64) -> Result<bool, StopReason> {
+    /// Decides whether more than this is left of the distance of a pair's surfaces above their
+    /// margin.
+    pub fn is_farther(&mut self, pair: u32, left: f64) -> Result<bool, StopReason> {
+        let of = &self.world.pairs[pair as usize];
+        let limit = self.room.placement.margin(of) + left;
         let (bounds, end) = self.distance(pair, |query| query.closer_than(limit));
         end.map(|()| bounds.closer == Some(false))
     }

@@ -7,7 +7,7 @@ use punctual::clock::ClockedBudget;
 use punctual::engine::Deadline;
 use punctual::{Pose, StopReason};
 
-use crate::call::{Call, Room};
+use crate::call::{Call, Counted, Room};
 use crate::model::{PlacedShape, prefixed};
 use crate::order::Order;
 use crate::transform::{Transform, from_pose};
@@ -34,9 +34,10 @@ pub struct Outcome<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Collision {
-    /// Proven: no two shapes of a checked pair meet.
+    /// Proven: the shapes of each checked pair are farther apart than their margin
+    /// ([`Checker::set_margin`]), or do not meet if it is 0.
     Free,
-    /// Proven: these shapes meet.
+    /// Proven: these shapes meet, or are no farther apart than their margin.
     Contact([ShapeId; 2]),
     /// The budget ended before the answer was known.
     Undecided,
@@ -180,7 +181,7 @@ impl Checker {
         self.next += 1;
         self.world.push(placed);
         self.order.extend(&self.world);
-        self.room.update(&self.world, self.world.shapes.len() - 1);
+        self.room.begin();
         Ok(id)
     }
 
@@ -213,10 +214,13 @@ impl Checker {
     pub fn move_to(&mut self, id: ShapeId, pose: Pose) -> Result<(), RobotError> {
         let at = self.world.obstacle(id)?;
         let pose = from_pose(&pose)?;
+        if self.world.set_track(at, None) {
+            self.renew();
+        }
         let shape = &mut self.world.shapes[at];
         shape.in_body = shape.frame * pose;
-        self.world.version += 1;
-        self.room.update(&self.world, at);
+        self.world.change(Some(at));
+        self.room.begin();
         Ok(())
     }
 
@@ -226,12 +230,19 @@ impl Checker {
     /// [`RobotError::NoObstacle`].
     pub fn remove(&mut self, id: ShapeId) -> Result<(), RobotError> {
         let at = self.world.obstacle(id)?;
-        self.world.shapes.remove(at);
-        self.world.pair();
-        self.world.version += 1;
-        self.order = Order::new(&self.world);
-        self.room.sync(&self.world);
+        self.world.set_track(at, None);
+        match self.world.remove(at) {
+            Some(numbers) => self.order.keep(&numbers),
+            None => self.order = Order::new(&self.world),
+        }
+        self.room.begin();
         Ok(())
+    }
+
+    /// Takes over pairs that were listed anew.
+    pub(crate) fn renew(&mut self) {
+        self.order = Order::new(&self.world);
+        self.room.begin();
     }
 
     /// Decides whether a configuration collides. Stops at the first pair that meets.
@@ -262,7 +273,7 @@ impl Checker {
         let mut call = self.begin(configuration, budget.into())?;
         pairs.clear();
         let mut find = || {
-            call.put(configuration)?;
+            call.put(configuration, 0.0)?;
             let mut cursor = 0;
             while let Some(pair) = call.find(&mut cursor)? {
                 pairs.push(call.world.ids_of(pair));
@@ -280,28 +291,29 @@ impl Checker {
         &'c mut self,
         configuration: &[f64],
         budget: ClockedBudget<'c>,
-    ) -> Result<Call<'c>, RobotError> {
+    ) -> Result<Call<'c, 'c>, RobotError> {
         self.world.model.check(configuration)?;
         self.order.count(1);
-        self.room.begin();
+        self.room.sync(&self.world);
         Ok(self.call(budget))
     }
 
     /// Begins a call that continues with what the last one has left.
-    pub(crate) fn call<'c>(&'c mut self, budget: ClockedBudget<'c>) -> Call<'c> {
+    pub(crate) fn call<'c>(&'c mut self, budget: ClockedBudget<'c>) -> Call<'c, 'c> {
         Call {
             world: &self.world,
             order: &self.order.pairs,
             facts: &mut self.order.facts,
             room: &mut self.room,
             deadline: Deadline::of(budget),
+            pairs: Counted::All,
         }
     }
 }
 
-impl Call<'_> {
+impl Call<'_, '_> {
     pub fn collide(mut self, configuration: &[f64]) -> Outcome<Collision> {
-        let found = self.put(configuration);
+        let found = self.put(configuration, 0.0);
         let found = found.and_then(|()| self.find(&mut 0));
         let met = found.ok().flatten().map(|pair| self.world.ids_of(pair));
         self.collision(met.as_ref(), found.map(drop))

@@ -61,12 +61,13 @@ impl ClearanceOptions {
     }
 }
 
-/// The least distance of all pairs, within bounds.
+/// The least distance of all pairs above their margins, within bounds: it is negative within a
+/// margin. Without margins it is the least distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
 pub struct Clearance {
-    /// Proven lower bound, in metres: no pair is closer. Infinite if no pair counts.
+    /// Proven lower bound, in metres: of no pair is less left. Infinite if no pair counts.
     pub low: f64,
     /// Proven upper bound, in metres: that of `pair`. Infinite if no pair was measured yet. For
     /// cylinders, their bands ([`Shape::band`](crate::Shape::band)) are added to the tolerance.
@@ -90,19 +91,36 @@ impl Clearance {
     };
 }
 
-/// The pairs that are still to be measured, the nearest first: the bits of a lower bound of the
-/// distance (not negative, so they are in order), the pair, and whether boxes gave the bound.
-pub(crate) type Bounds = BinaryHeap<Reverse<(u64, u32, bool)>>;
+/// The pairs that are still to be measured, the nearest first: a lower bound of what is left of the
+/// distance above the margin, in the order of numbers, the pair, and whether boxes gave the bound.
+pub(crate) type Bounds = BinaryHeap<Reverse<(i64, u32, bool)>>;
 
-fn bound(gap: f64, pair: u32, by_boxes: bool) -> Reverse<(u64, u32, bool)> {
-    Reverse((gap.max(0.0).to_bits(), pair, by_boxes))
+pub(crate) fn bound(gap: f64, number: u32, by_boxes: bool) -> Reverse<(i64, u32, bool)> {
+    Reverse((ordered(gap), number, by_boxes))
+}
+
+/// The bits of a number, such that greater numbers have greater bits.
+fn ordered(x: f64) -> i64 {
+    let bits = x.to_bits() as i64;
+    if bits < 0 { bits ^ i64::MAX } else { bits }
+}
+
+pub(crate) fn unordered(bits: i64) -> f64 {
+    f64::from_bits((if bits < 0 { bits ^ i64::MAX } else { bits }) as u64)
+}
+
+/// What is left of a distance above a margin, rounded if it is not exact.
+fn above(distance: f64, margin: f64, round: fn(f64) -> f64) -> f64 {
+    let left = distance - margin;
+    let is_exact = margin == 0.0 || distance == 0.0;
+    if is_exact { left } else { round(left) }
 }
 
 impl Checker {
     /// Bounds the least distance of all pairs of shapes at a configuration.
     ///
     /// **Guarantee.** `low` and `high` are proven, wherever the call stops. If it is finished, they
-    /// are as close as the tolerance asks. 0 means contact.
+    /// are as close as the tolerance asks. 0 or less means contact; -margin that surfaces meet.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].
@@ -117,27 +135,32 @@ impl Checker {
     }
 }
 
-impl Call<'_> {
+impl Call<'_, '_> {
     pub fn clearance(
         mut self,
         configuration: &[f64],
         options: &ClearanceOptions,
     ) -> Outcome<Clearance> {
-        let mut found = Clearance::UNKNOWN;
+        let low = -self.world.reach();
+        let mut found = Clearance {
+            low,
+            ..Clearance::UNKNOWN
+        };
         let mut bounds = std::mem::take(&mut self.room.bounds);
-        let end = self.put(configuration).and_then(|()| {
+        let end = self.put(configuration, 0.0).and_then(|()| {
             bounds.clear();
             for number in 0..self.world.pairs.len() as u32 {
                 if counts(self.world, number, options.scope) {
                     let pair = &self.world.pairs[number as usize];
-                    let gap = self.room.placement.sphere_gap(pair);
+                    let placement = &self.room.placement;
+                    let gap = placement.sphere_gap(pair).max(-placement.margin(pair));
                     bounds.push(bound(gap, number, false));
                 }
             }
             found.low = f64::INFINITY;
             let end = self.nearest(&mut bounds, options.tolerance, &mut found);
             // What is left may be as near as its least bound.
-            let left = bounds.peek().map(|bound| f64::from_bits(bound.0.0));
+            let left = bounds.peek().map(|bound| unordered(bound.0.0));
             found.low = found.low.min(left.unwrap_or(f64::INFINITY));
             end
         });
@@ -156,40 +179,25 @@ impl Call<'_> {
         // The least upper bound, before bands are added.
         let mut least = f64::INFINITY;
         while let Some(&Reverse((gap, number, by_boxes))) = bounds.peek() {
-            let gap = f64::from_bits(gap);
+            let gap = unordered(gap);
             if gap >= least {
                 break;
             }
-            let (shapes, b_in_a) = self.pair(number);
+            let (pair, shapes, b_in_a) = self.pair(number);
             if !by_boxes {
                 self.pay(BOX_WORK)?;
-                let gap = gap.max(self.room.placement.box_gap(shapes, &b_in_a));
+                let gap = gap.max(self.room.placement.box_gap(pair, shapes, &b_in_a));
                 bounds.pop();
                 bounds.push(bound(gap, number, true));
                 continue;
             }
             let band = shapes[0].band + shapes[1].band;
-            if self.holds_part(shapes, &b_in_a) {
-                *found = Clearance::UNKNOWN;
-                (found.high, found.pair) = (band, Some(self.world.ids_of(number)));
-                return Ok(());
-            }
-            let (measured, end) = self.distance(number, |query| {
-                query.absolute_tolerance(tolerance).below(least)
-            });
+            let (measured, end) = self.measure(number, tolerance, least);
             if measured.high < least {
                 least = measured.high;
                 found.pair = Some(self.world.ids_of(number));
-                if let Some(nearest) = measured.nearest {
-                    let pair = &self.world.pairs[number as usize];
-                    let place = self.room.placement.shape(self.world, pair.a);
-                    found.points = nearest.points.map(|p| place.transform_point3(p));
-                    if pair.a > pair.b {
-                        found.points.swap(0, 1);
-                    }
-                    let way = found.points[1] - found.points[0];
-                    found.normal = way.normalize_or_zero();
-                }
+                found.points = measured.points;
+                found.normal = (found.points[1] - found.points[0]).normalize_or_zero();
             }
             found.high = found.high.min(measured.high + band);
             end?;
@@ -198,10 +206,52 @@ impl Call<'_> {
         }
         Ok(())
     }
+
+    /// Measures what is left of the distance of a pair above its margin, as far as it is less than
+    /// `least`.
+    pub fn measure(
+        &mut self,
+        number: u32,
+        tolerance: f64,
+        least: f64,
+    ) -> (Measured, Result<(), StopReason>) {
+        let (pair, shapes, b_in_a) = self.pair(number);
+        let margin = self.room.placement.margin(pair);
+        let mut found = Measured {
+            low: -margin,
+            high: -margin,
+            points: [DVec3::ZERO; 2],
+        };
+        if self.holds_part(shapes, &b_in_a) {
+            return (found, Ok(()));
+        }
+        let ceiling = least + margin;
+        let (measured, end) = self.distance(number, |query| {
+            query.absolute_tolerance(tolerance).below(ceiling)
+        });
+        found.low = above(measured.low, margin, f64::next_down);
+        found.high = above(measured.high, margin, f64::next_up);
+        if let Some(nearest) = measured.nearest {
+            let place = self.room.placement.shape(self.world, pair.a);
+            found.points = nearest.points.map(|p| place.transform_point3(p));
+            if pair.a > pair.b {
+                found.points.swap(0, 1);
+            }
+        }
+        (found, end)
+    }
+}
+
+/// What is left of the distance of one pair above its margin, and its closest points in the world,
+/// the lower id first; the origin if one shape holds the other.
+pub(crate) struct Measured {
+    pub low: f64,
+    pub high: f64,
+    pub points: [DVec3; 2],
 }
 
 /// True if a pair is in the scope.
-fn counts(world: &World, number: u32, scope: Scope) -> bool {
+pub(crate) fn counts(world: &World, number: u32, scope: Scope) -> bool {
     let a = world.pairs[number as usize].a as usize;
     let with_obstacle = world.shapes[a].body == 0 && a >= world.model.shapes.len();
     match scope {

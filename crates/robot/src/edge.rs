@@ -1,8 +1,8 @@
-//! A path of straight lines in joint space: proven free, in contact, or not known from some time
-//! on.
+//! A path in joint space, of straight lines or polynomials of time: proven free, in contact, or not
+//! known from some time on.
 //!
-//! Lines are halved. At the middle of an interval each pair of shapes has a distance. A bound
-//! limits how much of it the motion of half of the interval can use up
+//! Its pieces, called lines here, are halved. At the middle of an interval each pair of shapes has
+//! a distance. A bound limits how much of it the motion of half of the interval can use up
 //! ([`Placement::reach`](crate::placement::Placement)). If the distance is larger, the pair is free
 //! on the whole interval. Otherwise the pair is tested again in both halves. An open interval keeps
 //! the pairs that are not proven on it. So at each moment all of the path is proven, known to be in
@@ -19,9 +19,12 @@ use punctual_geom::named;
 
 use crate::call::Call;
 use crate::checker::Outcome;
+use crate::error::refuse;
+use crate::model::LARGEST;
 use crate::order::BOX_WORK;
+use crate::trajectory::{Move, Piece};
 use crate::world::World;
-use crate::{Checker, RobotError, ShapeId};
+use crate::{Checker, RobotError, ShapeId, Trajectory};
 
 /// Shares of the path where contacts are sought first, from coarse to fine.
 const PROBES: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
@@ -48,6 +51,11 @@ pub struct EdgeOptions {
     /// first contact is known only to this share, and a pair that comes too close for such an
     /// interval stays undecided. By default 1e-6; at least 1e-12.
     pub resolution: f64,
+    /// The time of the beginning, in seconds, for obstacles that move by themselves: 0 by default.
+    pub start: f64,
+    /// What each line of an edge or a path takes, in seconds: 1 by default. Reported times are in
+    /// this unit of time, and count from the beginning.
+    pub duration: f64,
 }
 
 impl EdgeOptions {
@@ -56,6 +64,8 @@ impl EdgeOptions {
         Self {
             first: false,
             resolution: 1e-6,
+            start: 0.0,
+            duration: 1.0,
         }
     }
 
@@ -66,10 +76,24 @@ impl EdgeOptions {
             ..Self::any()
         }
     }
+
+    pub(crate) fn check(&self) -> Result<(), RobotError> {
+        let Self {
+            start, duration, ..
+        } = self;
+        if start.abs() <= LARGEST && (0.0..=LARGEST).contains(duration) {
+            return Ok(());
+        }
+        let allowed = format!("allowed is {LARGEST:e}, the duration not negative");
+        refuse(format!(
+            "edge: start {start} s, duration {duration} s, {allowed}"
+        ))
+    }
 }
 
-/// What is known of a motion, which starts at time 0. Each line of an edge or a path takes a time
-/// of 1. The times of a horizon are in seconds.
+/// What is known of a motion, which starts at time 0. Each line of an edge or a path takes
+/// [`EdgeOptions::duration`], by default a time of 1. The times of a trajectory and a horizon are
+/// in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
@@ -110,8 +134,8 @@ struct Interval {
     pairs: [usize; 2],
 }
 
-/// A pair at the middle of an interval: the distance that would prove it on the interval, and a
-/// lower bound of its distance from boxes.
+/// A pair at the middle of an interval: the distance above its margin that would prove it on the
+/// interval, and a lower bound of that distance from boxes.
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     pair: u32,
@@ -134,16 +158,18 @@ pub(crate) struct Run {
     pub is_stopped: bool,
     first: bool,
     resolution: f64,
-    /// Duration of a line, in the unit of the reported times.
-    duration: f64,
-    /// Configurations between the lines, one after the other.
-    knots: Vec<f64>,
-    width: usize,
-    lines: u32,
-    /// The configuration that was placed last, or the differences along its line.
+    /// The time of the beginning.
+    start: f64,
+    pub lines: Trajectory,
+    /// Where the proof begins, and where it may pause, in the time of the trajectory.
+    from: Time,
+    pub pause: f64,
+    /// The configuration that was placed last.
     at: Vec<f64>,
-    /// How far the joint of each body moves in half of the current interval.
-    moves: Vec<f64>,
+    /// How the joint of each body moves in half of the current interval.
+    moves: Vec<Move>,
+    /// Half of its duration.
+    half: f64,
     /// Number of probes done. Once the current probe is placed, the next pair to test, as an index
     /// into the order of pairs.
     probes: usize,
@@ -159,14 +185,11 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Begins with a path of at least two knots.
-    pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions, duration: f64) {
+    /// Begins with the lines that are set, from a time of them on.
+    pub fn begin(&mut self, options: EdgeOptions, from: f64) {
         (self.first, self.resolution) = (options.first, options.resolution.max(NARROWEST));
-        self.duration = duration;
-        self.knots.clear();
-        self.knots.extend(knots.iter().copied().flatten());
-        self.width = world.model.joint_names().len();
-        self.lines = (self.knots.len() / self.width.max(1)).max(2) as u32 - 1;
+        self.start = options.start;
+        (self.from, self.pause) = (self.lines.find(from), f64::INFINITY);
         (self.probes, self.cursor, self.now) = (0, None, None);
         (self.touching, self.unproven) = (None, None);
         self.open.clear();
@@ -174,18 +197,17 @@ impl Run {
     }
 
     /// Continues until the question is answered or the budget ends.
-    pub fn advance(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
+    pub fn advance(&mut self, call: &mut Call<'_, '_>) -> Result<(), StopReason> {
         let end = self.probe(call).and_then(|()| self.halve_all(call));
-        self.is_stopped = end.is_err();
+        self.is_stopped = end.is_err() || self.now.is_some();
         end
     }
 
-    fn put(&mut self, (line, share): Time, call: &mut Call<'_>) -> Result<(), StopReason> {
-        let (from, to) = self.knots[line as usize * self.width..].split_at(self.width);
-        let at = from.iter().zip(to).map(|(a, b)| a + share * (b - a));
-        self.at.clear();
-        self.at.extend(at);
-        call.put(&self.at)
+    fn put(&mut self, (line, share): Time, call: &mut Call<'_, '_>) -> Result<(), StopReason> {
+        self.lines.put(line, share, &mut self.at);
+        let piece = self.lines.pieces()[line as usize];
+        let time = self.start + piece.begin + share * piece.seconds;
+        call.put(&self.at, time)
     }
 
     /// Number of configurations that are tested before intervals.
@@ -195,11 +217,12 @@ impl Run {
 
     /// Tests whole configurations. Makes the first intervals, unless a contact answers the
     /// question.
-    fn probe(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
+    fn probe(&mut self, call: &mut Call<'_, '_>) -> Result<(), StopReason> {
         while self.probes < self.probe_count() {
-            let time = PROBES[self.probes] * f64::from(self.lines);
-            let line = (time as u32).min(self.lines - 1);
-            let time = (line, time - f64::from(line));
+            let count = self.lines.pieces().len() as u32;
+            let time = PROBES[self.probes] * f64::from(count);
+            let line = (time as u32).min(count - 1);
+            let time = later((line, time - f64::from(line)), self.from);
             if self.cursor.is_none() {
                 self.put(time, call)?;
             }
@@ -208,20 +231,22 @@ impl Run {
             self.cursor = Some(cursor);
             if let Some(pair) = found? {
                 self.touching = Some((time, pair));
-                if !self.first || time == (0, 0.0) {
+                if !self.first || time == self.from {
                     return Ok(());
                 }
             }
             self.cursor = None;
             self.probes += 1;
             if self.probes == self.probe_count() {
-                self.pairs.extend_from_slice(call.order);
+                let order = call.order.iter().copied();
+                self.pairs.extend(order.filter(|&pair| call.counts(pair)));
+                let (first, share) = self.from;
                 let whole = |line| Interval {
                     line,
-                    ends: [0.0, 1.0],
+                    ends: [if line == first { share } else { 0.0 }, 1.0],
                     pairs: [0, self.pairs.len()],
                 };
-                self.open.extend((0..self.lines).map(whole));
+                self.open.extend((first..count).map(whole));
             }
         }
         Ok(())
@@ -229,9 +254,13 @@ impl Run {
 
     /// Takes intervals and queues the parts that are not proven, until no interval is open or a
     /// contact answers the question.
-    fn halve_all(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
+    fn halve_all(&mut self, call: &mut Call<'_, '_>) -> Result<(), StopReason> {
         let now = |run: &mut Self| run.now.or_else(|| Some((run.next()?, Phase::Place)));
         while let Some((interval, phase)) = now(self) {
+            if self.told((interval.line, interval.ends[0])) >= self.pause {
+                self.now = Some((interval, phase));
+                break;
+            }
             self.halve(interval, phase, call)?;
             self.now = None;
             if self.touching.is_some() && !self.first {
@@ -245,7 +274,7 @@ impl Run {
         &mut self,
         interval: Interval,
         mut phase: Phase,
-        call: &mut Call<'_>,
+        call: &mut Call<'_, '_>,
     ) -> Result<(), StopReason> {
         let (line, [low, high]) = (interval.line, interval.ends);
         let middle = 0.5 * (low + high);
@@ -327,29 +356,29 @@ impl Run {
         }
     }
 
-    /// Computes the motion of the joints in half of an interval whose middle is placed.
-    fn measure_moves(&mut self, interval: Interval, world: &World) {
-        let half = 0.5 * (interval.ends[1] - interval.ends[0]);
-        let (from, to) = self.knots[interval.line as usize * self.width..].split_at(self.width);
-        self.at.clear();
-        self.at.extend(from.iter().zip(to).map(|(a, b)| b - a));
+    /// Computes the motion of the joints in half of an interval.
+    fn measure_moves(&mut self, Interval { line, ends, .. }: Interval, world: &World) {
+        let [half, middle] = [0.5 * (ends[1] - ends[0]), 0.5 * (ends[0] + ends[1])];
+        let moves = |joint| self.lines.moves(line, joint, middle, half);
         let bodies = world.model.bodies.iter();
-        let moves = bodies.map(|body| body.value.change(&self.at) * half);
         self.moves.clear();
-        self.moves.extend(moves);
+        self.moves
+            .extend(bodies.map(|body| body.value.motion(moves)));
+        self.half = half * self.lines.pieces()[line as usize].seconds;
         self.kept.clear();
     }
 
     /// Keeps a pair unless spheres or boxes prove it free on the interval.
-    fn filter(&mut self, pair: u32, call: &mut Call<'_>) -> Result<(), StopReason> {
+    fn filter(&mut self, pair: u32, call: &mut Call<'_, '_>) -> Result<(), StopReason> {
         call.pay(SPHERE_WORK)?;
         let asked = &call.world.pairs[pair as usize];
         let placement = &mut call.room.placement;
-        let limit = placement.reach(call.world, asked, &self.moves) + placement.slack;
+        let limit = placement.reach(call.world, asked, &self.moves, self.half);
+        let limit = limit + placement.slack;
         if placement.sphere_gap(asked) <= limit {
             call.deadline.spend(BOX_WORK);
-            let (shapes, b_in_a) = call.pair(pair);
-            let gap = call.room.placement.box_gap(shapes, &b_in_a);
+            let (_, shapes, b_in_a) = call.pair(pair);
+            let gap = call.room.placement.box_gap(asked, shapes, &b_in_a);
             if gap <= limit {
                 self.kept.push(Kept { pair, limit, gap });
             }
@@ -359,9 +388,9 @@ impl Run {
 
     /// What is known so far.
     pub fn edge(&self, world: &World) -> Edge {
-        let end = (self.lines - 1, 1.0);
+        let end = (self.lines.pieces().len() as u32 - 1, 1.0);
         let is_probed = self.probes == self.probe_count();
-        let begun = if is_probed { end } else { (0, 0.0) };
+        let begun = if is_probed { end } else { self.from };
         let open = self.open.iter().chain(self.now.iter().map(|now| &now.0));
         let touching = self.touching.map(|(time, _)| time);
         let free_until = open
@@ -374,24 +403,42 @@ impl Run {
             None if free_until == end => EdgeAnswer::Free,
             None => EdgeAnswer::Undecided,
         };
-        // Rounded down, so that nothing is claimed that is not proven.
-        let sum = f64::from(free_until.0) + free_until.1;
-        let is_late = sum - f64::from(free_until.0) > free_until.1;
-        let sum = if is_late { sum.next_down() } else { sum };
-        let is_exact = free_until == end || self.duration == 1.0;
-        let time = sum * self.duration;
-        let down = if is_exact {
-            time
-        } else {
-            time.next_down().max(0.0)
-        };
         Edge {
             answer,
-            free_until: down,
-            touching_at: touching.map(|(line, share)| (f64::from(line) + share) * self.duration),
+            free_until: self.told(free_until),
+            touching_at: touching.map(|(line, share)| {
+                let piece = self.lines.pieces()[line as usize];
+                piece.begin + share * piece.seconds
+            }),
             pair: self.touching.map(|(_, pair)| world.ids_of(pair)),
         }
     }
+
+    /// A time in the unit of answers, rounded down, so that nothing is claimed that is not proven.
+    fn told(&self, (line, share): Time) -> f64 {
+        let Piece { begin, seconds, .. } = self.lines.pieces()[line as usize];
+        if share == 1.0 && line as usize + 1 == self.lines.pieces().len() {
+            return begin + seconds;
+        }
+        let passed = share * seconds;
+        let is_exact = seconds == 1.0 || share == 0.0;
+        let passed = if is_exact {
+            passed
+        } else {
+            passed.next_down().max(0.0)
+        };
+        let sum = begin + passed;
+        let is_late = sum - begin > passed || begin < passed;
+        if begin > 0.0 && is_late {
+            sum.next_down()
+        } else {
+            sum
+        }
+    }
+}
+
+fn later(a: Time, b: Time) -> Time {
+    if b > a { b } else { a }
 }
 
 fn earlier(a: Time, b: Time) -> Time {
@@ -418,20 +465,33 @@ impl Checker {
         options: &EdgeOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
-        self.line([from, to], *options, 1.0, budget)
+        self.world.model.check(to)?;
+        options.check()?;
+        let call = self.begin(from, budget.into())?;
+        Ok(call.edge(&[from, to], *options))
     }
 
-    /// An edge whose times are reported as shares of this duration.
-    pub(crate) fn line<'c>(
+    /// Decides whether a motion along polynomials of time is free, from
+    /// [`EdgeOptions::start`] on, as [`Checker::path`] does for lines. Of the first piece, the last
+    /// one, and all between, the ends count too; pieces need not join.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`] if it has another number of joints; [`RobotError::Model`] without a
+    /// piece, and for times beyond [`LARGEST`].
+    pub fn trajectory<'c>(
         &mut self,
-        [from, to]: [&[f64]; 2],
-        options: EdgeOptions,
-        duration: f64,
+        motion: &Trajectory,
+        options: &EdgeOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
-        self.world.model.check(to)?;
-        let call = self.begin(from, budget.into())?;
-        Ok(call.edge(&[from, to], options, duration))
+        options.check()?;
+        self.world.model.check_motion(motion)?;
+        self.order.count(1);
+        self.room.sync(&self.world);
+        let call = self.call(budget.into());
+        call.room.run.lines.copy(motion);
+        call.room.run.begin(*options, 0.0);
+        Ok(call.resume_edge())
     }
 
     /// Decides whether a path is free: the straight lines from each of its knots to the next one.
@@ -452,8 +512,9 @@ impl Checker {
                 "a path of fewer than two configurations".into(),
             ));
         }
+        options.check()?;
         let call = self.begin(&knots[..width], budget.into())?;
-        Ok(call.edge(&[knots], *options, 1.0))
+        Ok(call.edge(&[knots], *options))
     }
 
     /// Continues the last edge, path or horizon, which its budget has stopped.
@@ -473,9 +534,28 @@ impl Checker {
     }
 }
 
-impl Call<'_> {
-    pub fn edge(self, knots: &[&[f64]], options: EdgeOptions, duration: f64) -> Outcome<Edge> {
-        self.room.run.begin(self.world, knots, options, duration);
+impl Call<'_, '_> {
+    /// Asks about the straight lines between knots, at least two.
+    pub fn edge(self, knots: &[&[f64]], options: EdgeOptions) -> Outcome<Edge> {
+        let width = self.world.model.joint_names().len();
+        let (all, run) = (knots[0], &mut self.room.run);
+        let knot = |i: usize| match knots {
+            [_] => &all[i * width..][..width],
+            _ => knots[i],
+        };
+        let ends = if knots.len() == 1 {
+            all.len() / width.max(1)
+        } else {
+            2
+        };
+        run.lines.clear();
+        for line in 1..ends.max(2) {
+            let [from, to] = [knot(line - 1), knot(line)];
+            let ways = from.iter().zip(to).map(|(a, b)| b - a);
+            run.lines
+                .add(width, options.duration, from.iter().copied().chain(ways));
+        }
+        run.begin(options, 0.0);
         self.resume_edge()
     }
 

@@ -48,7 +48,8 @@
 
 // A call places the shapes (`placement`) and tests spheres of all pairs at once (`near`). It then
 // tests the remaining pairs in the learned order (`order`): boxes, then an exact query (`call`).
-// Edges (`edge`) and clearances (`clearance`) use the same steps.
+// Edges (`edge`) and clearances (`clearance`) use the same steps. A `Horizon` keeps an edge for
+// what stands still, with a room of its own, and asks about a short one in each cycle for the rest.
 
 mod batch;
 mod call;
@@ -57,11 +58,15 @@ mod clearance;
 mod edge;
 mod error;
 mod horizon;
+mod margin;
 mod model;
 mod near;
 mod order;
+mod pairs;
 mod placement;
 mod shape;
+mod track;
+mod trajectory;
 mod transform;
 #[cfg(feature = "urdf")]
 mod urdf;
@@ -71,9 +76,13 @@ pub use checker::{Checker, Collision, Outcome};
 pub use clearance::{Clearance, ClearanceOptions, Scope};
 pub use edge::{Edge, EdgeAnswer, EdgeOptions};
 pub use error::RobotError;
-pub use horizon::{braking_time, safe_speed};
+pub use horizon::{Ahead, Horizon, braking_time, safe_speed};
+pub use margin::Margin;
 pub use model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model};
+pub use pairs::{NearPair, NearPairs};
 pub use shape::{CYLINDER_SIDES, Shape};
+pub use track::Track;
+pub use trajectory::Trajectory;
 #[cfg(feature = "urdf")]
 pub use urdf::UrdfOptions;
 pub use world::ShapeId;

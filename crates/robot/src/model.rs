@@ -8,8 +8,9 @@ use punctual::glam::DVec3;
 use smallvec::SmallVec;
 
 use crate::error::refuse;
+use crate::trajectory::Move;
 use crate::transform::{Transform, from_pose, rotation_about, to_pose};
-use crate::{RobotError, Shape, ShapeId};
+use crate::{RobotError, Shape, ShapeId, Trajectory};
 
 /// Largest absolute joint value, factor or length (m): squares of all that follows are finite.
 pub const LARGEST: f64 = 1e30;
@@ -119,6 +120,8 @@ pub(crate) struct PlacedShape {
     pub link: Option<u32>,
     /// Links that an attached obstacle may touch.
     pub touches: SmallVec<[u32; 4]>,
+    /// Margins that it adds to all its pairs, and to those with obstacles.
+    pub margins: [f64; 2],
     pub body: u32,
     /// Frame of the link, or of the world, in the body; and of the shape in the body.
     pub frame: Transform,
@@ -144,6 +147,7 @@ impl PlacedShape {
             name: name.into(),
             link,
             touches: SmallVec::new(),
+            margins: [0.0; 2],
             body,
             frame,
             in_body: frame * from_pose(pose)?,
@@ -210,8 +214,23 @@ impl Value {
         self.change(configuration) + self.offset
     }
 
+    /// The motion of the value, of those of a configuration.
+    pub fn motion(&self, of_joint: impl Fn(usize) -> Move) -> Move {
+        let Move { way, size, bend } = self.of.map_or(Move::default(), of_joint);
+        Move {
+            way: self.multiplier * way,
+            size: self.multiplier.abs() * size,
+            bend: self.multiplier.abs() * bend,
+        }
+    }
+
+    /// The joint of the configuration that it follows, and by which factor.
+    pub fn joint(&self) -> Option<(usize, f64)> {
+        self.of.map(|of| (of, self.multiplier))
+    }
+
     /// How much the value changes with a change of the configuration.
-    pub fn change(&self, of_configuration: &[f64]) -> f64 {
+    fn change(&self, of_configuration: &[f64]) -> f64 {
         let of = self.of.and_then(|of| of_configuration.get(of));
         of.map_or(0.0, |value| self.multiplier * value)
     }
@@ -426,6 +445,18 @@ impl Model {
             return Err(RobotError::Length { expected, found });
         }
         self.rows(configuration).map(drop)
+    }
+
+    /// Refuses a motion of another robot, or without a piece.
+    pub(crate) fn check_motion(&self, motion: &Trajectory) -> Result<(), RobotError> {
+        let (expected, found) = (self.joint_names.len(), motion.width());
+        if motion.pieces().is_empty() || motion.seconds() > LARGEST {
+            return refuse("a trajectory of no piece, or beyond all times");
+        }
+        match found == expected {
+            true => Ok(()),
+            false => Err(RobotError::Length { expected, found }),
+        }
     }
 
     /// The number of configurations that lie one after the other, and their length.

@@ -3,11 +3,12 @@
 use punctual_geom::lanes::{Column, F8, Instructions, Kernel, Lanes};
 
 use crate::placement::StillBox;
-use crate::world::{LANES, World};
+use crate::world::{LANES, Pair, World};
 
 /// The slack, relative to the size of what is placed. With `u = 2^-24`, a point in the frame of a
 /// box is off by at most 21 u per axis, the part of it beyond the box by 24 u per axis, and the
-/// length of that part by 49 u.
+/// length of that part by 49 u. The sum of radii and margins, each of that size at most, is off by
+/// at most 13 u.
 const SLACK: f64 = 64.0 / (1u32 << 24) as f64;
 
 /// Below this size, in metres, squares in f32 would underflow, so every pair counts as near.
@@ -35,6 +36,37 @@ impl First {
     }
 }
 
+/// The pairs of one first shape.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    shape: u32,
+    first: First,
+    /// The most by which the margin of a pair is more than what the lanes have of it.
+    margin: f32,
+}
+
+impl Row {
+    /// A shape that is the first of no pair.
+    fn empty(shape: u32) -> Self {
+        Self {
+            shape,
+            first: First::Sphere(0),
+            margin: f32::NEG_INFINITY,
+        }
+    }
+
+    fn new(world: &World, pair: &Pair) -> Self {
+        let is_moving = world.shapes[pair.a as usize].body != 0;
+        let in_lanes = |shape: u32| world.shapes[shape as usize].margins.iter().sum::<f64>();
+        let of_first = if is_moving { in_lanes(pair.a) } else { 0.0 };
+        Self {
+            shape: pair.a,
+            first: First::Sphere(0),
+            margin: (pair.margin - in_lanes(pair.b) - of_first) as f32,
+        }
+    }
+}
+
 /// Tells of each pair whether it is near.
 #[derive(Debug, Default)]
 pub(crate) struct Near {
@@ -42,7 +74,7 @@ pub(crate) struct Near {
     instructions: Option<Instructions>,
     /// Spheres of the moving shapes, in lanes: x, y, z and radius.
     spheres: Vec<[[f32; LANES]; 4]>,
-    firsts: Vec<(u32, First)>,
+    firsts: Vec<Row>,
     /// A row of bits for each shape, with one bit for each moving shape. It is used if the shape is
     /// the first of a pair.
     bits: Vec<u8>,
@@ -57,12 +89,16 @@ impl Near {
             .resize(world.stride() / LANES, [[0.0; LANES]; 4]);
         self.fit(world);
         self.firsts.clear();
-        let firsts = world.pairs.iter().map(|pair| (pair.a, First::Sphere(0)));
-        self.firsts.extend(firsts);
-        self.firsts.sort_unstable_by_key(|first| first.0);
-        self.firsts.dedup_by_key(|first| first.0);
-        for (shape, first) in &mut self.firsts {
-            *first = First::new(world, *shape, still(*shape));
+        let rows = 0..world.shapes.len() as u32;
+        self.firsts.extend(rows.map(Row::empty));
+        for pair in &world.pairs {
+            let margin = Row::new(world, pair).margin;
+            let row = &mut self.firsts[pair.a as usize];
+            row.margin = row.margin.max(margin);
+        }
+        self.firsts.retain(|row| row.margin != f32::NEG_INFINITY);
+        for row in &mut self.firsts {
+            row.first = First::new(world, row.shape, still(row.shape));
         }
     }
 
@@ -70,12 +106,15 @@ impl Near {
     pub fn update(&mut self, world: &World, shape: u32, still: Option<StillBox>) {
         self.fit(world);
         let first = First::new(world, shape, still);
-        match self.firsts.binary_search_by_key(&shape, |first| first.0) {
-            Ok(at) => self.firsts[at].1 = first,
-            Err(at) if world.pairs.last().is_some_and(|pair| pair.a == shape) => {
-                self.firsts.insert(at, (shape, first));
+        match self.firsts.binary_search_by_key(&shape, |row| row.shape) {
+            Ok(at) => self.firsts[at].first = first,
+            Err(at) => {
+                let new = world.pairs.iter().rev().take_while(|pair| pair.a == shape);
+                let new = new.map(|pair| Row::new(world, pair));
+                if let Some(row) = new.max_by(|x, y| x.margin.total_cmp(&y.margin)) {
+                    self.firsts.insert(at, Row { first, ..row });
+                }
             }
-            Err(_) => {}
         }
     }
 
@@ -85,7 +124,7 @@ impl Near {
         self.bits.resize(chunks * world.shapes.len(), 0);
     }
 
-    /// Places the sphere of a moving shape.
+    /// Places the sphere of a moving shape, thickened by its margins.
     #[inline]
     pub fn put(&mut self, column: usize, sphere: [f64; 4]) {
         let lanes = &mut self.spheres[column / LANES];
@@ -94,7 +133,7 @@ impl Near {
         }
     }
 
-    /// Tests all pairs. `size` bounds the coordinates and radii of what is placed.
+    /// Tests all pairs. `size` bounds the coordinates, radii and margins of what is placed.
     pub fn test(&mut self, size: f64) {
         if size < SMALLEST {
             return self.bits.fill(u8::MAX);
@@ -118,8 +157,14 @@ impl Kernel for &mut Near {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let splat = |x| F8::splat(lanes, x);
-        let (slack, zero) = (splat(self.slack), splat(0.0));
-        for &(shape, first) in &self.firsts {
+        let zero = splat(0.0);
+        for &Row {
+            shape,
+            first,
+            margin,
+        } in &self.firsts
+        {
+            let slack = splat(self.slack + margin);
             let row = shape as usize * self.spheres.len();
             // In a pair of moving shapes, the second comes after the first.
             let begin = match first {

@@ -62,6 +62,16 @@ impl Order {
         self.facts.resize(now, Fact::default());
     }
 
+    /// Takes over the new numbers of the pairs, `u32::MAX` for one that is gone.
+    pub fn keep(&mut self, numbers: &[u32]) {
+        self.pairs.retain_mut(|pair| {
+            *pair = numbers[*pair as usize];
+            *pair != u32::MAX
+        });
+        let mut kept = numbers.iter().map(|&number| number != u32::MAX);
+        self.facts.retain(|_| kept.next() == Some(true));
+    }
+
     /// Number of configurations until the next sort.
     pub fn until_due(&self) -> u64 {
         self.due - self.seen

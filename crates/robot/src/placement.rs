@@ -10,6 +10,7 @@ use punctual::glam::{DMat3, DVec3};
 use crate::model::{Motion, PlacedShape};
 use crate::near::Near;
 use crate::shape::Inner;
+use crate::trajectory::Move;
 use crate::transform::{Transform, relative};
 use crate::world::{Pair, World};
 
@@ -23,6 +24,8 @@ pub(crate) struct Placement {
     bodies: Vec<Transform>,
     shapes: Vec<Placed>,
     near: Near,
+    /// The time for which obstacles that move by themselves are placed.
+    time: f64,
     /// Size of what stands still.
     still_size: f64,
     /// Absolute slack of the filters, in metres.
@@ -44,6 +47,10 @@ struct Placed {
     ways: usize,
     /// Bounding sphere, in the body and in the world.
     centre: DVec3,
+    /// How far an obstacle that moves by itself may be from there.
+    reach: f64,
+    /// The sum of its own margins.
+    margins: f64,
     sphere: [f64; 4],
     /// If it stands still, its box: rotation back, centre, half extents.
     still: Option<StillBox>,
@@ -63,6 +70,8 @@ impl Placed {
             measured: 0,
             ways,
             centre,
+            reach: 0.0,
+            margins: shape.margins.iter().sum(),
             sphere: [centre.x, centre.y, centre.z, inner.radius],
             still: is_still.then_some((back, frame.translation, inner.half)),
         }
@@ -83,17 +92,27 @@ impl Placement {
         if self.version == world.version {
             return;
         }
+        match world.changed {
+            Some((before, at)) if before == self.version => self.update(world, at),
+            _ => self.renew(world),
+        }
+        self.version = world.version;
+    }
+
+    fn renew(&mut self, world: &World) {
         self.shapes.clear();
         self.ways.clear();
         for shape in &world.shapes {
             self.shapes.push(Placed::new(shape, self.ways.len()));
-            let chain = &world.model.bodies[shape.body as usize].chain;
+            let chain = world.chain(shape.body);
             self.ways.resize(self.ways.len() + chain.len() + 1, 0.0);
         }
-        (self.version, self.placed) = (world.version, 0);
+        self.placed = 0;
         self.bodies.clear();
-        self.bodies
-            .resize(world.model.bodies.len(), Transform::IDENTITY);
+        self.bodies.resize(
+            world.model.bodies.len() + world.tracks.len(),
+            Transform::IDENTITY,
+        );
         self.measure_still();
         self.near
             .sync(world, |shape| self.shapes[shape as usize].still);
@@ -101,7 +120,7 @@ impl Placement {
 
     /// Takes over a shape that was moved, or added behind the others: the only change since the
     /// last call.
-    pub fn update(&mut self, world: &World, at: usize) {
+    fn update(&mut self, world: &World, at: usize) {
         let shape = &world.shapes[at];
         match self.shapes.get_mut(at) {
             Some(placed) => {
@@ -109,7 +128,7 @@ impl Placement {
                 self.measure_still();
             }
             // A shape that moves is the second one of pairs with all the others.
-            None if shape.body != 0 => return self.sync(world),
+            None if shape.body != 0 => return self.renew(world),
             None => {
                 let placed = Placed::new(shape, self.ways.len());
                 self.still_size = self.still_size.max(placed.size());
@@ -117,7 +136,6 @@ impl Placement {
                 self.ways.push(0.0);
             }
         }
-        self.version = world.version;
         self.near.update(world, at as u32, self.shapes[at].still);
     }
 
@@ -126,18 +144,31 @@ impl Placement {
         self.still_size = still.map(Placed::size).fold(0.0, f64::max);
     }
 
-    /// Places all shapes.
-    pub fn put(&mut self, world: &World, configuration: &[f64]) {
+    /// Places all shapes, obstacles that move by themselves where they are at this time.
+    pub fn put(&mut self, world: &World, configuration: &[f64], time: f64) {
+        self.time = time;
         world.model.place_bodies(configuration, &mut self.bodies);
+        let others = &mut self.bodies[world.model.bodies.len()..];
+        for (body, track) in others.iter_mut().zip(&world.tracks) {
+            *body = track.at(time);
+        }
         let far = |body: &Transform| body.translation.abs().max_element();
-        let mut size = self.bodies.iter().map(far).fold(self.still_size, f64::max);
+        let mut size = self
+            .bodies
+            .iter()
+            .map(far)
+            .fold(self.still_size.max(world.widest), f64::max);
         for (column, &i) in world.moving.iter().enumerate() {
             let body = &self.bodies[world.shapes[i as usize].body as usize];
-            let Placed { centre, sphere, .. } = &mut self.shapes[i as usize];
-            let c = body.transform_point3(*centre);
-            *sphere = [c.x, c.y, c.z, sphere[3]];
-            size = size.max(c.abs().max_element() + sphere[3]);
-            self.near.put(column, *sphere);
+            let shape = &mut self.shapes[i as usize];
+            if let Some(track) = world.track(world.shapes[i as usize].body) {
+                shape.reach = track.reach_at(time);
+            }
+            let (c, r) = (body.transform_point3(shape.centre), shape.sphere[3]);
+            shape.sphere = [c.x, c.y, c.z, r];
+            let radius = r + shape.margins + shape.reach;
+            size = size.max(c.abs().max_element() + radius);
+            self.near.put(column, [c.x, c.y, c.z, radius]);
         }
         self.slack = SLACK * size;
         self.near.test(size);
@@ -156,15 +187,15 @@ impl Placement {
         shape.place
     }
 
-    /// False proves that the shapes are apart: by a sphere around each, or the box of a shape that
-    /// stands still.
+    /// False proves that the shapes are farther apart than their margin: by a sphere around each,
+    /// or the box of a shape that stands still.
     #[inline]
     pub fn is_near(&self, slot: u32) -> bool {
         self.near.is(slot)
     }
 
-    /// A lower bound of the distance, by spheres, or the box of a shape that stands still: may be
-    /// negative.
+    /// A lower bound of what is left of the distance above the margin, by spheres, or the box of a
+    /// shape that stands still.
     pub fn sphere_gap(&self, pair: &Pair) -> f64 {
         let [a, b] = [pair.a, pair.b].map(|i| &self.shapes[i as usize]);
         let ([ax, ay, az, ar], [bx, by, bz, br]) = (a.sphere, b.sphere);
@@ -175,13 +206,25 @@ impl Placement {
             }
             None => (DVec3::new(ax - bx, ay - by, az - bz), ar + br),
         };
-        between.length() - radii - self.slack
+        between.length() - radii - self.slack - self.margin(pair)
     }
 
-    /// A lower bound of the distance, by boxes: may be negative. `b_in_a` is the pose of the pair.
-    pub fn box_gap(&self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> f64 {
+    /// A lower bound of what is left of the distance above the margin, by boxes. `b_in_a` is the
+    /// pose of the pair.
+    pub fn box_gap(&self, pair: &Pair, [a, b]: [&Inner; 2], b_in_a: &Transform) -> f64 {
         let relative = relative(&a.frame, &(*b_in_a * b.frame));
-        box_gap(a.half, b.half, &relative) - self.slack
+        box_gap(a.half, b.half, &relative) - self.slack - self.margin(pair)
+    }
+
+    /// The margin of a pair, with what an obstacle may be off its track.
+    #[inline]
+    pub fn margin(&self, pair: &Pair) -> f64 {
+        let reach = |i: u32| self.shapes[i as usize].reach;
+        if pair.is_timed {
+            pair.margin + (reach(pair.a) + reach(pair.b))
+        } else {
+            pair.margin
+        }
     }
 
     #[inline]
@@ -190,41 +233,77 @@ impl Placement {
         relative(&a, &self.shape(world, pair.b))
     }
 
+    /// Adds how fast a point of a shape moves along a direction, to a row of joints.
+    pub fn add_gradient(
+        &self,
+        world: &World,
+        shape: usize,
+        point: DVec3,
+        along: DVec3,
+        row: &mut [f64],
+    ) {
+        for &body in world.chain(world.shapes[shape].body) {
+            let (at, of) = (
+                &self.bodies[body as usize],
+                &world.model.bodies[body as usize],
+            );
+            let way = match of.motion {
+                Motion::Turn(axis) => (at.matrix3 * axis).cross(point - at.translation),
+                Motion::Slide(axis) => at.matrix3 * axis,
+            };
+            if let Some((joint, factor)) = of.value.joint() {
+                row[joint] += factor * along.dot(way);
+            }
+        }
+    }
+
     /// An upper bound of the change in the distance of a pair while the joint of each body moves by
-    /// `moves` (rad or m, signed), all at once and steadily.
+    /// `moves` (rad or m), all at once, and obstacles move by themselves for `half` seconds.
     ///
     /// Joints above both bodies move neither relative to the other. So this is the sum of how far
     /// the points of `a` and those of `b` move, each relative to the last common body.
-    pub fn reach(&mut self, world: &World, pair: &Pair, moves: &[f64]) -> f64 {
+    pub fn reach(&mut self, world: &World, pair: &Pair, moves: &[Move], half: f64) -> f64 {
         let of_a = self.reach_of(world, pair.a, pair.common, moves);
         let of_b = self.reach_of(world, pair.b, pair.common, moves);
-        (of_a + of_b) * (1.0 + 1e-9)
+        let way = |shape: u32| {
+            let PlacedShape { body, shape, .. } = &world.shapes[shape as usize];
+            let radius = shape.inner().centre.length() + shape.inner().radius;
+            let track = world.track(*body);
+            track.map_or(0.0, |track| track.way(self.time, half, radius))
+        };
+        let ways = if pair.is_timed {
+            way(pair.a) + way(pair.b)
+        } else {
+            0.0
+        };
+        (of_a + of_b) * (1.0 + 1e-9) + ways
     }
 
     /// An upper bound of how far the points of a shape move, if joints of its chain from `from` on
     /// move.
     ///
     /// The lesser of two bounds, where `r` is the largest distance of a point from a joint's axis
-    /// now (1 for a sliding joint), and `m` what the joint moves:
+    /// now (1 for a sliding joint), and `m` what the joint moves at most:
     ///
     /// - The sum of `|m| r`. The joints may be moved one after the other, those near the root
     ///   first. Each joint then finds its points at the same distances from its axis as now,
     ///   because all that lies between has turned rigidly. So present distances suffice, however
     ///   far the joints move.
-    /// - The distance covered at the present speed, plus half of the largest acceleration. The
-    ///   speed is linear in the point, so largest at a corner of the box. The acceleration is the
-    ///   sum over all pairs of joints, also of each with itself, of `m m'` times the axis of the
-    ///   one nearer to the root (none if it slides) times the lever of the other. That lever is at
-    ///   most its `r` and the sum above of the joints after it, for these may have moved the point
-    ///   away from its axis.
-    fn reach_of(&mut self, world: &World, shape: u32, from: u32, moves: &[f64]) -> f64 {
+    /// - The distance covered at the present speed of the joints, plus half of the largest
+    ///   acceleration. That is what the joints' own accelerations give, and what their turns do.
+    ///   The speed is linear in the point, so largest at a corner of the box. The acceleration is
+    ///   the sum over all pairs of joints, also of each with itself, of `m m'` times the axis of
+    ///   the one nearer to the root (none if it slides) times the lever of the other. That lever is
+    ///   at most its `r` and the sum above of the joints after it, for these may have moved the
+    ///   point away from its axis.
+    fn reach_of(&mut self, world: &World, shape: u32, from: u32, moves: &[Move]) -> f64 {
         let Placed { measured, ways, .. } = self.shapes[shape as usize];
         if measured != self.placed {
             self.shapes[shape as usize].measured = self.placed;
             let place = self.shape(world, shape);
             let shape = &world.shapes[shape as usize];
             let inner = shape.shape.inner();
-            let chain = &world.model.bodies[shape.body as usize].chain;
+            let chain = world.chain(shape.body);
             let centre = place.transform_point3(inner.centre);
             let r = place.matrix3 * inner.frame.matrix3;
             let half = [0, 1, 2].map(|i| r.col(i) * inner.half[i]);
@@ -232,11 +311,14 @@ impl Placement {
             let (mut turn, mut speed) = (DVec3::ZERO, DVec3::ZERO);
             self.ways[ways + chain.len()] = 0.0;
             for (k, &body) in chain.iter().enumerate().rev() {
-                let way = moves[body as usize];
-                if way != 0.0 {
+                let Move {
+                    way,
+                    size,
+                    bend: own,
+                } = moves[body as usize];
+                if size != 0.0 {
                     let at = self.bodies[body as usize];
                     let (r, t) = (at.matrix3, at.translation);
-                    let size = way.abs();
                     rounding += size * self.slack;
                     match world.model.bodies[body as usize].motion {
                         Motion::Turn(axis) => {
@@ -246,7 +328,7 @@ impl Placement {
                             let by_box = farthest(c, half.map(across));
                             let radius = by_box.min(c.length() + inner.radius) + self.slack;
                             let lever = size * (radius + sum);
-                            bend += size * (lever + 2.0 * levers);
+                            bend += size * (lever + 2.0 * levers) + own * (radius + sum);
                             levers += lever;
                             sum += size * radius;
                             turn += axis * way;
@@ -254,6 +336,7 @@ impl Placement {
                         }
                         Motion::Slide(axis) => {
                             levers += size;
+                            bend += own;
                             sum += size;
                             speed += r * axis * way;
                         }

@@ -1,9 +1,13 @@
 //! The shapes of the robot and of its surroundings, and the pairs of them that are checked.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::RobotError;
+use crate::margin::Margins;
 use crate::model::{Model, PlacedShape, sorted};
+use crate::track::Track;
+use crate::transform::Transform;
 
 /// A shape of the robot, or an obstacle.
 ///
@@ -28,10 +32,20 @@ pub(crate) struct Pair {
     pub slot: u32,
     /// Number of joints above both bodies: they move neither relative to the other.
     pub common: u32,
+    /// Shapes that are no farther apart than this count as in contact.
+    pub margin: f64,
+    /// True if one of them is an obstacle that moves by itself.
+    pub is_timed: bool,
 }
 
 /// Shapes that a filter takes at a time.
 pub(crate) const LANES: usize = 8;
+
+/// A version that no world has had.
+fn next_version() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
+}
 
 /// What all threads share.
 #[derive(Clone, Debug)]
@@ -40,10 +54,19 @@ pub(crate) struct World {
     /// The shapes of the robot, then the obstacles, by ascending ids.
     pub shapes: Vec<PlacedShape>,
     pub pairs: Vec<Pair>,
+    /// The ways of obstacles that move by themselves: their bodies follow those of the model.
+    pub tracks: Vec<Track>,
     /// The shapes that move, by index.
     pub moving: Vec<u32>,
-    /// Changes with every change of a shape.
+    pub margins: Margins,
+    /// The largest margin of a pair.
+    pub widest: f64,
+    /// Another one after every change of a shape, a pair or a margin. No two worlds have the same
+    /// one, unless one is a clone of the other.
     pub version: u64,
+    /// If the last change was of one shape, or added one behind the others: the version before it,
+    /// and the shape.
+    pub changed: Option<(u64, usize)>,
 }
 
 impl World {
@@ -52,8 +75,12 @@ impl World {
             shapes: model.shapes.clone(),
             model,
             pairs: Vec::new(),
+            tracks: Vec::new(),
             moving: Vec::new(),
-            version: 1,
+            margins: Margins::default(),
+            widest: 0.0,
+            version: next_version(),
+            changed: None,
         };
         world.pair();
         world
@@ -81,19 +108,50 @@ impl World {
     }
 
     /// Adds a shape, and its pairs behind those there are.
-    pub fn push(&mut self, shape: PlacedShape) {
+    pub fn push(&mut self, mut shape: PlacedShape) {
+        shape.margins = self.margins.of(&self.model, &shape);
         let (new, stride) = (self.shapes.len(), self.stride());
         if shape.body != 0 {
             self.moving.push(new as u32);
         }
         self.shapes.push(shape);
-        self.version += 1;
+        self.change(Some(new));
         if self.stride() == stride {
             self.pair_with_earlier(new);
         } else {
             // All slots have changed.
             self.pair();
         }
+    }
+
+    /// Notes a change, of one shape or of any number.
+    pub fn change(&mut self, shape: Option<usize>) {
+        self.changed = shape.map(|shape| (self.version, shape));
+        self.version = next_version();
+    }
+
+    /// Removes an obstacle and its pairs. Tells the new number of each pair there was, `u32::MAX`
+    /// for none; or nothing if the pairs were listed anew.
+    pub fn remove(&mut self, at: usize) -> Option<Vec<u32>> {
+        self.change(None);
+        let body = self.shapes.remove(at).body;
+        if body != 0 {
+            self.pair();
+            return None;
+        }
+        let (at, stride) = (at as u32, self.stride() as u32);
+        let earlier = |i: &mut u32| *i -= u32::from(*i > at);
+        self.moving.iter_mut().for_each(earlier);
+        let (mut numbers, mut next) = (Vec::with_capacity(self.pairs.len()), 0);
+        self.pairs.retain_mut(|pair| {
+            let is_kept = pair.a != at && pair.b != at;
+            numbers.push(if is_kept { next } else { u32::MAX });
+            next += u32::from(is_kept);
+            pair.slot -= stride * u32::from(pair.a > at);
+            [&mut pair.a, &mut pair.b].into_iter().for_each(earlier);
+            is_kept
+        });
+        Some(numbers)
     }
 
     /// Lists the pairs of a shape with those before it.
@@ -109,15 +167,90 @@ impl World {
             }
             let [x, y] = [a, b].map(|i| self.shapes[i].body);
             let [a, b] = if y == 0 { [b, a] } else { [a, b] };
-            let chains = [x, y].map(|body| &self.model.bodies[body as usize].chain);
+            let chains = [x, y].map(|body| self.chain(body));
+            let margin = self.margin([a, b]);
             let common = chains[0].iter().zip(chains[1]).take_while(|(x, y)| x == y);
             self.pairs.push(Pair {
                 a: a as u32,
                 b: b as u32,
                 slot: a as u32 * stride + self.column(b as u32) as u32,
                 common: common.count() as u32,
+                margin,
+                is_timed: [x, y].iter().any(|&body| self.track(body).is_some()),
             });
+            self.widest = self.widest.max(margin);
         }
+    }
+
+    fn margin(&self, pair: [usize; 2]) -> f64 {
+        let shapes = pair.map(|i| &self.shapes[i]);
+        self.margins.of_pair(&self.model, shapes)
+    }
+
+    /// Takes over margins that were set.
+    pub fn measure_margins(&mut self) {
+        for shape in &mut self.shapes {
+            shape.margins = self.margins.of(&self.model, shape);
+        }
+        self.widest = 0.0;
+        for number in 0..self.pairs.len() {
+            let Pair { a, b, .. } = self.pairs[number];
+            let margin = self.margin([a as usize, b as usize]);
+            self.pairs[number].margin = margin;
+            self.widest = self.widest.max(margin);
+        }
+        self.change(None);
+    }
+
+    /// The moving joints from the root to a body.
+    pub fn chain(&self, body: u32) -> &[u32] {
+        let body = self.model.bodies.get(body as usize);
+        body.map_or(&[], |body| &body.chain)
+    }
+
+    /// The track of a body, if it moves by itself.
+    #[inline]
+    pub fn track(&self, body: u32) -> Option<&Track> {
+        self.tracks
+            .get((body as usize).checked_sub(self.model.bodies.len())?)
+    }
+
+    /// What a distance may be less than 0, once margins and reaches are subtracted.
+    pub fn reach(&self) -> f64 {
+        let reaches = self.tracks.iter().map(|track| track.reach_at(0.0));
+        self.widest + reaches.fold(0.0, f64::max)
+    }
+
+    /// True for an obstacle that moves with a link.
+    pub fn is_attached(&self, at: usize) -> bool {
+        !self.chain(self.shapes[at].body).is_empty()
+    }
+
+    /// Sets or takes the track of an obstacle in the world. True if the pairs are listed anew.
+    pub fn set_track(&mut self, at: usize, track: Option<Track>) -> bool {
+        let (body, own) = (self.shapes[at].body, self.model.bodies.len());
+        let old = (body as usize).checked_sub(own);
+        match (old, track) {
+            (None, None) => return false,
+            (Some(old), Some(track)) => {
+                self.tracks[old] = track;
+                return false;
+            }
+            (None, Some(track)) => {
+                self.shapes[at].body = (own + self.tracks.len()) as u32;
+                self.shapes[at].in_body = Transform::IDENTITY;
+                self.tracks.push(track);
+            }
+            (Some(old), None) => {
+                self.tracks.remove(old);
+                let later = self.shapes.iter_mut().filter(|shape| shape.body > body);
+                later.for_each(|shape| shape.body -= 1);
+                self.shapes[at].body = 0;
+            }
+        }
+        self.pair();
+        self.change(None);
+        true
     }
 
     /// Number of the shapes that move, filled up to whole lanes.
@@ -143,7 +276,9 @@ impl World {
             }
             _ => may_touch(x, y) || may_touch(y, x),
         };
-        x.body != y.body && !is_allowed
+        // Nothing that the robot does changes how far obstacles are from what stands still.
+        let is_moved = |shape: &PlacedShape| !self.chain(shape.body).is_empty();
+        x.body != y.body && (is_moved(x) || is_moved(y)) && !is_allowed
     }
 
     /// The shapes of a pair, the lower id first.

@@ -7,7 +7,8 @@ use allocations::allocator_calls;
 use punctual::glam::DMat3;
 use punctual::{Budget, Pose, StopReason, shapes};
 use punctual_robot::{
-    Checker, ClearanceOptions, Description, EdgeOptions, Joint, JointKind, Link, Model, Shape,
+    Checker, ClearanceOptions, Description, EdgeOptions, Horizon, Joint, JointKind, Link, Model,
+    NearPairs, Shape, Track, Trajectory,
 };
 
 fn at(x: f64, z: f64) -> Pose {
@@ -48,13 +49,17 @@ fn checker() -> Checker {
     checker
 }
 
-fn ask(checker: &mut Checker) {
+fn ask(checker: &mut Checker, horizon: &mut Horizon, plan: &mut Trajectory, near: &mut NearPairs) {
     for i in 0..60 {
         let angle = |k: f64| (f64::from(i) * k).sin();
         let from = [angle(1.1), angle(2.3), angle(3.7)];
         let to = [angle(4.9), angle(5.3), angle(6.1)];
         let ring = checker.find("ring1").unwrap();
         checker.move_to(ring, at(from[0], 1.1)).unwrap();
+        let track = Track::velocity(&at(from[1], 1.5), from, to).unwrap();
+        checker
+            .move_along(checker.find("ring2").unwrap(), track)
+            .unwrap();
         for budget in [Budget::unlimited(), Budget::work(900)] {
             let _ = checker.collide(&from, budget).unwrap();
             let _ = checker
@@ -65,6 +70,14 @@ fn ask(checker: &mut Checker) {
                 from[0], from[1], from[2], to[0], to[1], to[2], 0.0, 0.0, 0.0,
             ];
             let _ = checker.path(&knots, &EdgeOptions::any(), budget).unwrap();
+            let options = ClearanceOptions::default();
+            let _ = checker
+                .near_pairs(&from, 0.3, &options, budget, near)
+                .unwrap();
+            plan.clear();
+            plan.push(0.4, &[&from, &to]).unwrap();
+            let _ = horizon.step(checker, Some(plan), budget).unwrap();
+            let _ = horizon.step(checker, None, budget).unwrap();
             for options in [EdgeOptions::any(), EdgeOptions::first()] {
                 let mut edge = checker.edge(&from, &to, &options, budget).unwrap();
                 while edge.stop != StopReason::Finished {
@@ -77,7 +90,10 @@ fn ask(checker: &mut Checker) {
 
 #[test]
 fn warm_calls_do_not_allocate() {
-    let mut checker = checker();
-    ask(&mut checker);
-    assert_eq!(allocator_calls(|| ask(&mut checker)), 0);
+    let (mut checker, mut plan) = (checker(), Trajectory::default());
+    let mut horizon = Horizon::new(0.001, 0.1).unwrap();
+    let mut near = NearPairs::default();
+    ask(&mut checker, &mut horizon, &mut plan, &mut near);
+    let mut again = || ask(&mut checker, &mut horizon, &mut plan, &mut near);
+    assert_eq!(allocator_calls(&mut again), 0);
 }

@@ -15,7 +15,7 @@ use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 use punctual_geom::triangle::batch;
-use punctual_geom::triangle::shared::{meet_only_in, shared};
+use punctual_geom::triangle::shared::{meet_only_in, meet_only_in_shared, shared};
 use punctual_geom::triangles_intersect_beyond_shared;
 
 /// The pairs of children `i`, `j` of one node with `i < j`.
@@ -80,8 +80,8 @@ impl Visitor for Traversal<'_, '_, OwnPairs<'_>> {
 }
 
 impl Traversal<'_, '_, OwnPairs<'_>> {
-    /// Tests up to eight waiting pairs: those that share vertices in `f64`, the others in the fast
-    /// filter. It leaves in doubt those that share corners of different vertices.
+    /// Tests up to eight waiting pairs: those that share vertices, then the others, and in `f64` what
+    /// that leaves in doubt. Corners of different vertices may be at one position.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let tree = self.a;
@@ -89,22 +89,24 @@ impl Traversal<'_, '_, OwnPairs<'_>> {
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
-        let scale = tree.unit().scale();
-        let mut strangers = 0;
-        for (lane, &[i, j]) in pairs[..count].iter().enumerate() {
-            let shared = shared(&tree.vertices_of(i), &tree.vertices_of(j));
-            if shared == 0 {
-                strangers |= 1 << lane;
-            } else if !meet_only_in(shared, &tree.corners(i), &tree.corners(j), scale) {
-                self.workspace.uncertain.push([i, j]);
-            }
-        }
-        if strangers == 0 {
-            return;
-        }
         let rows = [rows(tree, pairs, 0), rows(tree, pairs, 1)];
-        let verdicts = batch::test(lanes, strangers, rows, &self.relative.triangles, None);
-        for lane in bits((verdicts.hit | verdicts.doubt) & strangers) {
+        let tested = (1 << count) - 1;
+        let mut corners = [0; WIDTH];
+        let mut strangers = 0;
+        for (lane, &[i, j]) in pairs.iter().enumerate() {
+            corners[lane] = shared(&tree.vertices_of(i), &tree.vertices_of(j));
+            strangers |= u32::from(corners[lane] == 0) << lane;
+        }
+        let mut doubts = 0;
+        if strangers & tested != tested {
+            doubts |= !strangers & !meet_only_in_shared(lanes, &corners, rows);
+        }
+        if strangers & tested != 0 {
+            let verdicts = batch::test(lanes, strangers, rows, &self.relative.triangles, None);
+            doubts |= strangers & (verdicts.hit | verdicts.doubt);
+        }
+        let scale = tree.unit().scale();
+        for lane in bits(doubts & tested) {
             let [a, b] = pairs[lane].map(|triangle| tree.corners(triangle));
             if !meet_only_in(shared(&a, &b), &a, &b, scale) {
                 self.workspace.uncertain.push(pairs[lane]);

@@ -23,7 +23,7 @@ const SECTIONS: [(&str, &[&str]); 18] = [
     ("What answers have in common", &["outcome"]),
     (
         "Intersection: do two surfaces meet?",
-        &["query", "estimate"],
+        &["query", "estimate", "self_intersection"],
     ),
     ("Distance: how far apart are they?", &["distance"]),
     ("Contacts: where do they touch?", &["contacts", "manifolds"]),

@@ -286,6 +286,33 @@ static void queries(void) {
   punctual_tree_free(tree);
 }
 
+static void own_pairs(void) {
+  punctual_mesh *mesh;
+  punctual_tree *tree;
+  punctual_workspace *workspace;
+  punctual_outcome outcome = {.size = sizeof outcome};
+  punctual_certificate certificate = {.size = sizeof certificate};
+  punctual_remaining left = {.size = sizeof left};
+  punctual_aabb boxes[4];
+  size_t count;
+  OK(punctual_shape_torus_knot(2, 3, 0.7f, 96, &mesh));
+  OK(punctual_tree_new(mesh, NULL, &tree));
+  punctual_mesh_free(mesh);
+  OK(punctual_workspace_new(&workspace));
+  punctual_self_query query = punctual_self_query_new(tree);
+  OK(punctual_self_query_run(&query, workspace, punctual_budget_work(9000), NULL, &outcome));
+  CHECK(outcome.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT);
+  OK(punctual_self_query_certificate(&query, workspace, &certificate));
+  OK(punctual_self_query_open_boxes(&query, workspace, boxes, 4, &count));
+  OK(punctual_self_query_remaining(&query, workspace, &left));
+  CHECK(count > 0 && certificate.open_pairs > 0 && left.work.p50 > 0);
+  OK(punctual_self_query_resume(&query, workspace, punctual_budget_unlimited(), NULL, &outcome));
+  CHECK(outcome.stop == PUNCTUAL_STOP_REASON_FINISHED && outcome.verdict == PUNCTUAL_VERDICT_INTERSECTING);
+  CHECK(outcome.found <= certificate.upper_bound && outcome.witness.a < outcome.witness.b);
+  punctual_workspace_free(workspace);
+  punctual_tree_free(tree);
+}
+
 static void motions(void) {
   punctual_mesh *mesh;
   punctual_tree *cube;
@@ -568,6 +595,7 @@ int main(int count, char **arguments) {
   bytes();
   queries();
   distances();
+  own_pairs();
   motions();
   contacts();
   rays();

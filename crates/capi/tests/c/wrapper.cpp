@@ -39,6 +39,10 @@ static_assert(std::is_constructible_v<punctual::PenetrationQuery, const Tree &, 
 static_assert(!std::is_constructible_v<punctual::PenetrationQuery, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::PenetrationQuery, Tree &, Tree, Pose>);
 static_assert(!std::is_constructible_v<punctual::PenetrationQuery, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::SelfQuery, const Tree &>);
+static_assert(!std::is_constructible_v<punctual::SelfQuery, Tree>);
+static_assert(std::is_trivially_copyable_v<punctual::SelfQuery> &&
+              sizeof(punctual::SelfQuery) == sizeof(punctual_self_query));
 static_assert(std::is_constructible_v<punctual::RayQuery, const Tree &, punctual_ray>);
 static_assert(!std::is_constructible_v<punctual::RayQuery, Tree, punctual_ray>);
 static_assert(std::is_constructible_v<punctual::RayBatch, const Tree &, const punctual_ray *, std::size_t>);

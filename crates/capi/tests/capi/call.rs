@@ -80,6 +80,7 @@ constructors! {
         -> punctual_penetration_query<'t>;
     punctual_motion_query_new(punctual_motion_query_init: a: Shape<'t>, b: Shape<'t>, motion: punctual_motion)
         -> punctual_motion_query<'t>;
+    punctual_self_query_new(punctual_self_query_init: tree: Shape<'t>) -> punctual_self_query<'t>;
     punctual_ray_query_new(punctual_ray_query_init: tree: Shape<'t>, ray: punctual_ray) -> punctual_ray_query<'t>;
     punctual_ray_batch_new(punctual_ray_batch_init: tree: Shape<'t>, rays: *const punctual_ray, count: usize)
         -> punctual_ray_batch<'t>;

@@ -2,6 +2,7 @@
 
 use std::ffi::c_void;
 use std::mem::MaybeUninit;
+use std::ptr::null_mut;
 use std::time::Duration;
 
 use super::call::*;
@@ -295,6 +296,89 @@ fn queries_answer_as_in_rust() {
                     => NotResumable "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
             }
         }
+    }
+}
+
+/// Stopped and resumed in a workspace that is soon full: outcomes, pairs, certificates and what
+/// remains are those of Rust.
+#[test]
+fn self_queries_answer_as_in_rust() {
+    let mesh = owned(|mesh| punctual_shape_torus_knot(2, 3, 0.7, 96, mesh));
+    let theirs = Tree::new(shapes::torus_knot(2, 3, 0.7, 96));
+    let ours = tree_of(&mesh);
+    let mut workspace = owned(|workspace| punctual_workspace_with_capacity(32, 400, workspace));
+    let mut other = Workspace::with_capacity(32, 400);
+    let (mut query, native) = (
+        punctual_self_query_new(Some(&ours)),
+        Query::self_intersections(&theirs),
+    );
+    query.pair_limit = 5;
+    let native = native.pair_limit(5);
+    let ask = (
+        asked(Some(&query)),
+        punctual_budget_work(50_000),
+        Budget::work(50_000),
+    );
+    let mut outcome = made(|out| {
+        // SAFETY: no clock of the caller's.
+        unsafe { punctual_self_query_run(ask.0, Some(&mut workspace), ask.1, None, slot(out)) }
+    });
+    let mut expected = native.run(&mut other, ask.2);
+    let mut full = 0;
+    loop {
+        same(&outcome, &expected);
+        // SAFETY: of the sizes that they say.
+        let (open, left): (punctual_certificate, punctual_remaining) = unsafe {
+            (
+                made(|out| punctual_self_query_certificate(ask.0, Some(&workspace), slot(out))),
+                made(|out| punctual_self_query_remaining(ask.0, Some(&workspace), slot(out))),
+            )
+        };
+        let certificate = native.certificate(&other).unwrap();
+        assert_eq!(open.upper_bound, certificate.upper_bound());
+        assert_eq!(
+            left.work.p50,
+            native.remaining(&other, None).unwrap().work.p50
+        );
+        // SAFETY: no box is asked for.
+        let boxes = made(|count| unsafe {
+            punctual_self_query_open_boxes(ask.0, Some(&workspace), null_mut(), 0, count)
+        });
+        assert_eq!(boxes, certificate.boxes().count());
+        if expected.stop == StopReason::Finished {
+            break;
+        }
+        full += usize::from(expected.stop == StopReason::PairsFull);
+        assert_eq!(
+            punctual_workspace_drain_pairs(Some(&mut workspace)),
+            Status::Ok
+        );
+        drop(other.drain_pairs());
+        outcome = made(|out| {
+            // SAFETY: as above.
+            unsafe {
+                punctual_self_query_resume(ask.0, Some(&mut workspace), ask.1, None, slot(out))
+            }
+        });
+        expected = native.resume(&mut other, ask.2).unwrap();
+    }
+    assert!(
+        full > 2 && expected.stats.found > 100,
+        "{full} {expected:?}"
+    );
+    let (no_tree, bad) = (
+        punctual_self_query_new(None),
+        punctual_self_query { mode: 9, ..query },
+    );
+    let (workspace, out) = (&mut *workspace, &mut MaybeUninit::uninit());
+    refuses! {
+        punctual_self_query_run(asked(&no_tree), Some(workspace), ask.1, None, slot(Some(out)))
+            => null "query->tree";
+        punctual_self_query_run(asked(None), Some(workspace), ask.1, None, slot(Some(out)))
+            => null "query";
+        punctual_self_query_resume(ask.0, None, ask.1, None, slot(Some(out))) => null "workspace";
+        punctual_self_query_run(asked(&bad), Some(workspace), ask.1, None, slot(Some(out)))
+            => BadArgument "punctual_self_query_run: query->mode has no value 9";
     }
 }
 

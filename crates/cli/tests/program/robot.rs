@@ -88,6 +88,27 @@ fn clearance_is_bounded() {
 }
 
 #[test]
+fn a_margin_is_kept_and_told() {
+    let folder = slide();
+    let asked = "robot robot.urdf --env env --configs configs.csv --margin 0.5";
+    let rows = fields(&folder.run(asked), "config,verdict,first_pair,ns,stop,work");
+    let told = [0, 1, 3].map(|row| rows[row][1].as_str());
+    assert_eq!(told, ["free", "contact", "contact"]);
+    let answer = folder.run(&format!("{asked} --clearance"));
+    let rows = fields(&answer, "config,low,high,pair_a,pair_b,ns");
+    for (row, want) in [(0, 3.5), (1, -0.5), (3, -0.25)] {
+        let [low, high] = [1, 2].map(|i| rows[row][i].parse::<f64>().unwrap());
+        assert!(low <= want && want <= high && high - low < 1.1e-9);
+    }
+    let bad = folder.run(&asked.replace("0.5", "-1"));
+    assert!(
+        bad.err.contains("must be finite and not negative"),
+        "{}",
+        bad.err
+    );
+}
+
+#[test]
 fn edges_are_proven() {
     let folder = slide();
     for options in ["", "--first-contact", "--first-contact --threads 2"] {

@@ -212,14 +212,6 @@ fn check(elements: &[Element], bytes: usize) -> Result<(), String> {
     let faces = elements
         .iter()
         .filter(|element| ["face", STRIPS].contains(&element.name.as_str()));
-    if faces.clone().count() == 0 {
-        return Err(
-            match elements.iter().any(|element| element.name == "range_grid") {
-                true => "needs range grids, which is not supported".into(),
-                false => "the file has no element `face`".into(),
-            },
-        );
-    }
     for Element {
         name: element,
         properties,
