@@ -35,6 +35,7 @@ page!(contacts, "guide/contacts.md");
 page!(rays, "guide/rays.md");
 page!(solids, "guide/solids.md");
 page!(clouds, "guide/clouds.md");
+page!(shapes, "guide/shapes.md");
 page!(push_out, "guide/push_out.md");
 page!(scenes, "scene.md");
 page!(performance, "performance.md");

@@ -66,7 +66,7 @@ fn kinds() -> Vec<Tree> {
         ball(0.6),
         capsule(0.8, 0.3),
         triangle.with_radius(0.2).unwrap(),
-        mesh(shapes::cuboid([0.5, 0.3, 0.4], 1), 0.15),
+        mesh(shapes::cuboid([0.5, 0.25, 0.375], 1), 0.15),
         mesh(shapes::torus(0.8, 0.3, 24), 0.1),
         mesh(shapes::icosphere(3), 0.0),
         cloud(0.05),

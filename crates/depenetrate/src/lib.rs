@@ -57,8 +57,7 @@ const TOLERANCE: f64 = 1e-3;
 /// of work. Where they are apart at the pose itself, both are 0.
 ///
 /// Trees may have a [radius](punctual::Tree::with_radius): the search is about the cores first, then
-/// about pushes of the thickened bodies. `low` is tight where the cores are apart, and where they are
-/// convex.
+/// about pushes of the thickened bodies. The bounds hold; how tight they end is not promised.
 ///
 /// Apart means: no triangle of A shares a point with one of B. With [`solid`](Self::solid) it also
 /// means that no component of one mesh is inside of the other.

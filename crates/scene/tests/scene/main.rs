@@ -25,6 +25,7 @@ mod recording;
 mod refusals;
 mod solids;
 mod stride;
+mod thickened;
 mod waits;
 mod world;
 

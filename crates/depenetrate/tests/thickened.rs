@@ -1,0 +1,86 @@
+//! How deep thickened bodies penetrate each other, against closed forms.
+
+use punctual::geom::random::Random;
+use punctual::glam::{DMat3, DVec3};
+use punctual::tree::Solid;
+use punctual::{Budget, BuildOptions, Mesh, Pose, Query, Tree, Workspace, shapes};
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
+
+fn ball(radius: f64) -> Tree {
+    let point = Mesh::from_f64(vec![[0.0; 3]], vec![[0; 3]]).unwrap();
+    Tree::new(point).with_radius(radius).unwrap()
+}
+
+fn cube(half: f64, radius: f64) -> Tree {
+    let options = BuildOptions::default().solid(Solid::Keep);
+    let tree = Tree::with_options(shapes::cuboid([half as f32; 3], 1), &options);
+    tree.with_radius(radius).unwrap()
+}
+
+fn at(place: DVec3) -> Pose {
+    Pose::new(DMat3::IDENTITY, place).unwrap()
+}
+
+#[test]
+fn the_depth_of_thickened_bodies_is_within_its_bounds() {
+    let (mut random, mut workspace) = (Random::new(1), PenetrationWorkspace::new());
+    let [mut deep, mut tight] = [0; 2];
+    for i in 0..300 {
+        let place = [(); 3].map(|()| random.between(-1.6, 1.6));
+        let place = DVec3::from_array(place);
+        // The depth where the closed form is known: two balls, a ball beside or in a box, two
+        // rounded boxes whose cores overlap.
+        let (a, b, truth) = match i % 3 {
+            0 => (ball(0.7), ball(0.4), 1.1 - place.length()),
+            1 => {
+                let beyond = place.abs() - 0.5;
+                let outside = beyond.max(DVec3::ZERO).length();
+                let truth = 0.45 - outside - beyond.max_element().min(0.0);
+                (cube(0.5, 0.125), ball(0.325), truth)
+            }
+            _ => {
+                let beyond = place.abs() - 1.0;
+                let outside = beyond.max(DVec3::ZERO).length();
+                let truth = 0.375 - outside - beyond.max_element().min(0.0);
+                (cube(0.5, 0.25), cube(0.5, 0.125), truth)
+            }
+        };
+        let is_inside = i % 3 == 1 && (place.abs() - 0.5).max_element() < 0.0;
+        if is_inside {
+            // The core is no solid's part here: surfaces only.
+            continue;
+        }
+        let query = PenetrationQuery::new(&a, &b, at(place)).solid(true);
+        let mut answer = query.run(&mut workspace, Budget::work(3_000));
+        let mut calls = 0;
+        while !answer.stop.is_final() && calls < 400 {
+            assert!(
+                answer.value.low <= truth.max(0.0) + 1e-9,
+                "{i} {:?} {truth}",
+                answer.value
+            );
+            assert!(
+                answer.value.high >= truth.max(0.0) - 1e-9,
+                "{i} {:?} {truth}",
+                answer.value
+            );
+            answer = query.resume(&mut workspace, Budget::work(3_000)).unwrap();
+            calls += 1;
+        }
+        let found = answer.value;
+        assert!(
+            found.low <= truth.max(0.0) + 1e-9 && truth <= found.high + 1e-9,
+            "{i} {found:?}"
+        );
+        if truth > 1e-6 {
+            deep += 1;
+            tight += usize::from(found.high <= 1.01 * found.low + 1e-9);
+            let apart = Query::intersection(&a, &b, found.b_in_a);
+            let verdict = apart.run(&mut Workspace::new(), Budget::unlimited()).value;
+            assert!(!verdict.meets(), "{i} {found:?}");
+        } else if truth < -1e-6 {
+            assert_eq!((found.low, found.high), (0.0, 0.0));
+        }
+    }
+    assert!(deep > 30 && 2 * tight > deep, "{deep} {tight}");
+}
