@@ -113,11 +113,12 @@ impl Tree {
     /// Takes about 30 bytes a point. `O(n log n)`, on one thread; there are no options.
     ///
     /// ```
-    /// use punctual::{Pose, Query, Tree, Workspace, shapes};
+    /// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
     /// let cloud = Tree::from_points([[0.0, 0.0, 3.0], [1.0, 0.0, 2.0]])?;
     /// let ball = Tree::new(shapes::icosphere(3));
-    /// let distance = Query::new(&cloud, &ball, &Pose::IDENTITY).distance(&mut Workspace::new());
-    /// # let _ = distance;
+    /// let query = Query::distance(&cloud, &ball, Pose::IDENTITY);
+    /// let found = query.run(&mut Workspace::new(), Budget::unlimited()).value;
+    /// assert!(1.2 < found.low && found.high < 1.3);
     /// # Ok::<(), punctual::MeshError>(())
     /// ```
     ///
