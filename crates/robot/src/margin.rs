@@ -35,7 +35,8 @@ impl<'n> Margin<&'n str> {
             Self::All => Margin::All,
             Self::Of(name) => Margin::Of(name.into()),
             Self::Padding(name) => Margin::Padding(name.into()),
-            Self::Pair(a, b) => Margin::Pair(a.into(), b.into()),
+            // Either order names the same pair.
+            Self::Pair(a, b) => Margin::Pair(a.min(b).into(), a.max(b).into()),
         }
     }
 }

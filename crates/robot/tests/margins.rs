@@ -203,6 +203,31 @@ fn obstacles_that_come_later_and_batches_follow_the_margins() {
 }
 
 #[test]
+fn the_last_margin_of_two_names_counts_in_either_order() {
+    let rows = configurations(20, 7);
+    let lows = |checker: &mut Checker| -> Vec<f64> {
+        let options = ClearanceOptions::default();
+        let mut low = |q: &[f64]| checker.clearance(q, &options, UNLIMITED).unwrap().value.low;
+        rows.iter().map(|q| low(q)).collect()
+    };
+    let (mut checker, mut last) = (cell(), Vec::new());
+    for (metres, [a, b]) in [
+        (0.1, ["fore", "board"]),
+        (0.4, ["board", "fore"]),
+        (0.2, ["fore", "board"]),
+        (0.3, ["board", "fore"]),
+    ] {
+        checker.set_margin(Margin::Pair(a, b), metres).unwrap();
+        let mut alone = cell();
+        alone.set_margin(Margin::Pair(b, a), metres).unwrap();
+        let now = lows(&mut checker);
+        assert_eq!(now, lows(&mut alone), "{metres} {a} {b}");
+        assert_ne!(now, last);
+        last = now;
+    }
+}
+
+#[test]
 fn a_margin_of_nobody_or_nothing_is_refused() {
     let mut checker = cell();
     for (of, metres, says) in [
