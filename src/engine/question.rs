@@ -95,6 +95,11 @@ pub trait Certify<Q: Question>: Ask<Q> {
 }
 
 impl<'t, Q> Query<'t, Q> {
+    /// Sum of the radii of both trees.
+    pub(crate) fn radii(&self) -> f64 {
+        self.a.radius() + self.b.radius()
+    }
+
     pub(crate) fn of([a, b]: [&'t Tree; 2], asked: Q) -> Self {
         Self {
             a,

@@ -248,26 +248,6 @@ impl Tree {
         }
     }
 
-    /// [`Tree::nodes_above`] for a point.
-    pub(super) fn nodes_above_point(&self, point: u32) -> [u32; 2] {
-        let (stored, block) = (self.nodes.len() as u32, self.blocks.of(point));
-        let (mut parent, leaf) = (0, stored + block);
-        while self.nodes[parent as usize].first_child < stored {
-            let node = &self.nodes[parent as usize];
-            let has = |child: &u32| {
-                self.nodes[*child as usize]
-                    .triangle_range()
-                    .contains(&(point as usize))
-            };
-            let mut children = node.first_child..node.first_child + u32::from(node.children);
-            let Some(child) = children.find(has) else {
-                break;
-            };
-            parent = child;
-        }
-        [parent, leaf]
-    }
-
     /// The first point of the block of a point (both in tree order).
     #[cold]
     #[inline(never)]

@@ -420,15 +420,11 @@ impl Tree {
     /// then that leaf.
     pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
         let (mut parent, mut at) = (0, 0);
-        if self.is_cloud() {
-            return self.nodes_above_point(triangle);
-        }
         while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_leaf) {
             let mut children = node.first_child..node.first_child + u32::from(node.children);
-            let has = |child: &u32| {
-                self.nodes[*child as usize]
-                    .triangle_range()
-                    .contains(&(triangle as usize))
+            let has = |&child: &u32| match self.nodes.get(child as usize) {
+                Some(node) => node.triangle_range().contains(&(triangle as usize)),
+                None => self.block(child).contains(&triangle),
             };
             let Some(child) = children.find(has) else {
                 break;

@@ -146,11 +146,6 @@ impl<'t> Query<'t, Contacts> {
         ]
     }
 
-    /// Sum of the radii of both trees.
-    fn radii(&self) -> f64 {
-        self.a.radius() + self.b.radius()
-    }
-
     /// Triangles of the cores no farther apart than this are contacts.
     pub(crate) fn reach(&self) -> f64 {
         self.asked.options.margin + self.radii()

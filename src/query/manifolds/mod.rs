@@ -146,11 +146,6 @@ impl<'t> Query<'t, Manifolds> {
         }
     }
 
-    /// Sum of the radii of both trees.
-    fn radii(&self) -> f64 {
-        self.a.radius() + self.b.radius()
-    }
-
     fn shape(&self) -> Shape<'_> {
         Shape {
             trees: [self.a, self.b],

@@ -85,8 +85,8 @@ impl<'t> Query<'t, Impact> {
     ///
     /// The tolerance is a length. Its default is two millionths of the smaller mesh's unit
     /// ([`Tree::unit_length`], about half of its longest extent) and radius, but at least the
-    /// rounding of coordinates. For a point, the margin counts as its unit; for a point without a margin, the
-    /// default is a millionth of the other mesh's unit.
+    /// rounding of coordinates. For a point, the margin counts as its unit; for a point without a
+    /// margin, the default is a millionth of the other mesh's unit.
     #[must_use]
     #[inline]
     pub fn impact(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
@@ -130,8 +130,9 @@ impl<'t> Query<'t, Impact> {
         self
     }
 
-    /// Thickens each surface by its margin, beside its [radius](Tree::with_radius) (not negative, at most 2^1000; NaN counts as 0), in the
-    /// length unit of the meshes: a point becomes a ball, a segment a capsule.
+    /// Thickens each surface by its margin, beside its [radius](Tree::with_radius). A margin is in
+    /// the length unit of the meshes, not negative, at most 2^1000; NaN counts as 0. A point becomes
+    /// a ball, a segment a capsule.
     #[must_use]
     #[inline]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {

@@ -144,8 +144,8 @@ fn unit<L: Lanes>(lanes: L, v: V8<L>) -> V8<L> {
     scaled(v, F8::splat(lanes, 1.0) / sum(v))
 }
 
-/// True if triangles certainly meet only in these shared corners, or nowhere. `scale` is a power of two that
-/// takes differences of corners to 2 or less.
+/// True if triangles certainly meet only in these shared corners, or nowhere. `scale` is a power of
+/// two that takes differences of corners to 2 or less.
 #[inline(always)]
 pub fn meet_only_in(shared: u32, a: &Triangle, b: &Triangle, scale: f64) -> bool {
     let corners = |bit: u32| [bit as usize / 3 % 3, bit as usize % 3];
@@ -153,7 +153,7 @@ pub fn meet_only_in(shared: u32, a: &Triangle, b: &Triangle, scale: f64) -> bool
     let p = a[i];
     let from = |q: DVec3| (q - p) * scale;
     match shared.count_ones() {
-        0 => in_line_with_sides(a.map(from), b.map(from)),
+        0 => are_apart_across_a_side(a.map(from), b.map(from)),
         1 => {
             let others = |t: &Triangle, i: usize| [from(t[(i + 1) % 3]), from(t[(i + 2) % 3])];
             only_in_corner(others(a, i), others(b, j))
@@ -178,9 +178,9 @@ fn size(v: DVec3) -> f64 {
     v.x.abs() + v.y.abs() + v.z.abs()
 }
 
-/// Are triangles apart along a direction in the plane of one, across one of its sides? So they are if
-/// they are almost coplanar and apart.
-fn in_line_with_sides(a: Triangle, b: Triangle) -> bool {
+/// Are triangles apart along a direction that lies in the plane of one of them, across one of its
+/// sides? Triangles that are almost coplanar and do not meet are.
+fn are_apart_across_a_side(a: Triangle, b: Triangle) -> bool {
     let sizes = a.iter().chain(&b).map(|&v| size(v)).fold(0.0, f64::max);
     [a, b].iter().any(|t| {
         let sides = [t[1] - t[0], t[2] - t[1], t[0] - t[2]];
