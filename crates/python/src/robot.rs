@@ -12,14 +12,15 @@ use numpy::{
 use punctual::Budget;
 use punctual::clock::ClockedBudget;
 use punctual_robot::{
-    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
-    RobotError, Scope, Shape, ShapeId, UrdfOptions,
+    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Margin, Model,
+    Outcome, RobotError, Scope, Shape, ShapeId, UrdfOptions,
 };
 use punctual_view::Obstacle;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -29,6 +30,9 @@ const EDGES_BETWEEN_LOOKS: usize = 1 << 8;
 
 /// What an obstacle was added with, for pickles.
 type Added = (String, Solid, [f64; 12], Option<String>, Vec<String>);
+
+/// What margins were set, for pickles: names, whether they are a padding, and metres.
+type Margins = BTreeMap<(Option<String>, Option<String>, bool), f64>;
 
 /// A shape, for pickles.
 #[derive(Clone, Serialize, Deserialize)]
@@ -93,6 +97,7 @@ pub struct Robot {
     /// In a box: Python's objects have less alignment than it needs.
     checker: Box<Mutex<Checker>>,
     added: Mutex<Vec<(ShapeId, Added)>>,
+    margins: Mutex<Margins>,
     source: Source,
 }
 
@@ -304,6 +309,7 @@ impl Robot {
         Ok(Self {
             checker: Box::new(Mutex::new(Checker::new(Arc::new(model)))),
             added: Mutex::default(),
+            margins: Mutex::default(),
             source,
         })
     }
@@ -316,6 +322,16 @@ impl Robot {
         self.added.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn margins(&self) -> MutexGuard<'_, Margins> {
+        self.margins.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether a link or an obstacle has this name.
+    fn has(&self, name: &str) -> bool {
+        let is_link = self.checker().model().link_names().any(|link| link == name);
+        is_link || self.added().iter().any(|(_, added)| added.0 == name)
+    }
+
     fn insert(&self, added: Added, shape: Shape) -> Result<u32, RobotError> {
         let (name, _, pose, link, may_touch) = &added;
         let pose = punctual::Pose::from_row_major(*pose).unwrap_or(punctual::Pose::IDENTITY);
@@ -325,6 +341,31 @@ impl Robot {
         drop(checker);
         self.added().push((id, added));
         Ok(id.number())
+    }
+
+    /// Sets the margins of a pickle, those for names of removed obstacles too: others of these names
+    /// may come.
+    fn restore_margins(&self, margins: Margins) -> PyResult<()> {
+        let mut absent = Vec::new();
+        for (name, other, _) in margins.keys() {
+            for name in [name, other].into_iter().flatten().filter(|n| !self.has(n)) {
+                let shape = Shape::sphere(1.0).map_err(value_error)?;
+                let added = (
+                    name.clone(),
+                    Solid::Sphere(1.0),
+                    punctual::Pose::IDENTITY.to_row_major(),
+                    None,
+                    Vec::new(),
+                );
+                absent.push(self.insert(added, shape).map_err(value_error)?);
+            }
+        }
+        for ((name, other, padding), margin) in margins {
+            self.set_margin(margin, name, other, padding)?;
+        }
+        absent
+            .into_iter()
+            .try_for_each(|number| self.remove(number))
     }
 
     fn id(&self, number: u32) -> PyResult<ShapeId> {
@@ -549,6 +590,53 @@ impl Robot {
         let id = self.id(number)?;
         self.checker().remove(id).map_err(value_error)?;
         self.added().retain(|(other, _)| *other != id);
+        Ok(())
+    }
+
+    /// Sets how far apart shapes must be, in metres: 0 at first. Shapes that are no farther apart
+    /// than their margin count as in contact, in all answers: labels, edges, paths and horizons. A
+    /// clearance is what is left above the margin, so it is negative within it.
+    ///
+    /// name: a link or an obstacle, whose pairs it is for, in addition to the margin of all; without
+    /// it, it is for all pairs. other: a second one: the margin is for pairs of these two, in place
+    /// of all other margins. padding: it is for pairs of the link `name`, or of what is attached to
+    /// one, and obstacles in the world, in addition to the others. A link stands for all its shapes.
+    ///
+    /// Obstacles that are added later follow what was set for their names. Pickles keep margins.
+    /// Raises ValueError, which names the argument, if there is no link or obstacle of a name, if
+    /// other or padding have no name or come together, and if margin is negative, NaN or more than
+    /// 1e30. Nothing is changed then.
+    #[pyo3(signature = (margin, *, name=None, other=None, padding=false))]
+    fn set_margin(
+        &self,
+        margin: f64,
+        name: Option<String>,
+        other: Option<String>,
+        padding: bool,
+    ) -> PyResult<()> {
+        for (argument, given) in [("name", &name), ("other", &other)] {
+            if let Some(name) = given.as_ref().filter(|name| !self.has(name)) {
+                let fault = format!("{argument}: there is no link or obstacle {name}");
+                return Err(value_error(fault));
+            }
+        }
+        let of = match (name.as_deref(), other.as_deref(), padding) {
+            (None, None, false) => Margin::All,
+            (Some(name), None, false) => Margin::Of(name),
+            (Some(name), None, true) => Margin::Padding(name),
+            (Some(name), Some(other), false) => Margin::Pair(name, other),
+            (Some(_), Some(_), true) => return Err(value_error("padding: not of two names")),
+            (None, Some(_), _) => return Err(value_error("other: expected name too")),
+            (None, None, true) => return Err(value_error("padding: expected name too")),
+        };
+        let mut margins = self.margins();
+        self.checker().set_margin(of, margin).map_err(value_error)?;
+        // Either order names the same pair.
+        let names = match other {
+            Some(other) if Some(&other) < name.as_ref() => (Some(other), name),
+            other => (name, other),
+        };
+        margins.insert((names.0, names.1, padding), margin);
         Ok(())
     }
 
@@ -851,7 +939,7 @@ impl Robot {
         Ok(found.map_err(value_error)?.value.answer == EdgeAnswer::Free)
     }
 
-    /// Reads the files again, and adds the obstacles, with their numbers.
+    /// Reads the files again, adds the obstacles, with their numbers, and sets the margins.
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
@@ -859,7 +947,8 @@ impl Robot {
         let added: Vec<(u32, Added)> = (self.added().iter())
             .map(|(id, added)| (id.number(), added.clone()))
             .collect();
-        let state = postcard::to_allocvec(&(&self.source, added)).map_err(value_error)?;
+        let margins = self.margins().clone();
+        let state = postcard::to_allocvec(&(&self.source, added, margins)).map_err(value_error)?;
         let restore = py.get_type::<Self>().getattr(intern!(py, "_restore"))?;
         Ok((restore, (PyBytes::new(py, &state),)))
     }
@@ -868,8 +957,8 @@ impl Robot {
     #[staticmethod]
     fn _restore(py: Python<'_>, state: &[u8]) -> PyResult<Self> {
         let damaged = |fault| value_error(format_args!("Robot: the pickle is damaged: {fault}"));
-        let (source, added) =
-            postcard::from_bytes::<(Source, Vec<(u32, Added)>)>(state).map_err(damaged)?;
+        let (source, added, margins) =
+            postcard::from_bytes::<(Source, Vec<(u32, Added)>, Margins)>(state).map_err(damaged)?;
         py.detach(|| {
             let robot = Self::new(source).map_err(|error| robot_error(&error))?;
             for (number, added) in added {
@@ -877,6 +966,7 @@ impl Robot {
                 robot.checker().number_next(number);
                 robot.insert(added, shape).map_err(value_error)?;
             }
+            robot.restore_margins(margins)?;
             Ok(robot)
         })
     }
