@@ -1059,6 +1059,17 @@ class Robot:
         may_touch: Sequence[str] = ...,
     ) -> int: ...
     def move(self, number: _Integer, T: ArrayLike) -> None: ...
+    def move_along(
+        self,
+        number: _Integer,
+        poses: ArrayLike,
+        *,
+        linear: ArrayLike | None = None,
+        angular: ArrayLike | None = None,
+        times: ArrayLike | None = None,
+        reach: _Real = 0.0,
+        reach_speed: _Real = 0.0,
+    ) -> None: ...
     def remove(self, number: _Integer) -> None: ...
     def set_margin(
         self, margin: _Real, *, name: str | None = None, other: str | None = None, padding: _Flag = False
@@ -1092,6 +1103,18 @@ class Robot:
         threads: _Integer = 1,
         progress: _Progress | None = None,
     ) -> RobotClearances: ...
+    def near_pairs(
+        self,
+        Q: ArrayLike,
+        within: _Real,
+        *,
+        tolerance: _Real = 1e-6,
+        scope: Literal["robot", "obstacles"] | _Integer | None = None,
+        budget: _Real | None = None,
+        work: _Integer | None = None,
+        threads: _Integer = 1,
+        progress: _Progress | None = None,
+    ) -> RobotNearPairs: ...
     def edges(
         self,
         Q0: ArrayLike,
@@ -1099,6 +1122,8 @@ class Robot:
         *,
         first: _Flag = False,
         resolution: _Real = 1e-6,
+        start: _Real = 0.0,
+        duration: _Real = 1.0,
         budget: _Real | None = None,
         work: _Integer | None = None,
         threads: _Integer = 1,
@@ -1110,6 +1135,18 @@ class Robot:
         *,
         first: _Flag = False,
         resolution: _Real = 1e-6,
+        start: _Real = 0.0,
+        duration: _Real = 1.0,
+        budget: _Real | None = None,
+        work: _Integer | None = None,
+    ) -> RobotEdges: ...
+    def trajectory(
+        self,
+        motion: Trajectory,
+        *,
+        first: _Flag = False,
+        resolution: _Real = 1e-6,
+        start: _Real = 0.0,
         budget: _Real | None = None,
         work: _Integer | None = None,
     ) -> RobotEdges: ...
@@ -1169,6 +1206,68 @@ class RobotClearances:
     @property
     def work(self) -> NDArray[np.uint64]: ...
     def __len__(self) -> int: ...
+
+@final
+class RobotNearPairs:
+    @property
+    def pairs(self) -> NDArray[np.int64]: ...
+    @property
+    def low(self) -> NDArray[np.float64]: ...
+    @property
+    def high(self) -> NDArray[np.float64]: ...
+    @property
+    def points(self) -> NDArray[np.float64]: ...
+    @property
+    def normals(self) -> NDArray[np.float64]: ...
+    @property
+    def gradients(self) -> NDArray[np.float64]: ...
+    @property
+    def offsets(self) -> NDArray[np.int64]: ...
+    @property
+    def beyond(self) -> NDArray[np.float64]: ...
+    @property
+    def work(self) -> NDArray[np.uint64]: ...
+    def __len__(self) -> int: ...
+
+@final
+class Trajectory:
+    def __new__(cls) -> Trajectory: ...
+    def push(self, seconds: _Real, coefficients: ArrayLike) -> None: ...
+    @property
+    def seconds(self) -> float: ...
+    def at(self, seconds: ArrayLike) -> NDArray[np.float64]: ...
+    def clear(self) -> None: ...
+
+@final
+class Horizon:
+    def __new__(cls, cycle: _Real, braking: _Real) -> Horizon: ...
+    def step(
+        self,
+        robot: Robot,
+        plan: Trajectory | None = None,
+        *,
+        budget: _Real | None = None,
+        work: _Integer | None = None,
+    ) -> Ahead: ...
+
+@final
+class Ahead:
+    @property
+    def speed(self) -> float: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def stops_at(self) -> float: ...
+    @property
+    def free_until(self) -> float: ...
+    @property
+    def is_proven(self) -> bool: ...
+    @property
+    def since(self) -> int: ...
+    @property
+    def is_new(self) -> bool: ...
+    @property
+    def work(self) -> int: ...
 
 @final
 class RobotEdges:
