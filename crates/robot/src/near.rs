@@ -237,7 +237,7 @@ impl List<'_> {
             }
         };
         // NaN counts as near.
-        !(reach * reach).less(squared).mask() as u32 & 0xFF
+        !(reach * reach).less(squared).mask() & 0xFF
     }
 
     /// Lists the pairs of a shape with the moving shapes of a chunk.
