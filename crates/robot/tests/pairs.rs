@@ -176,3 +176,52 @@ fn no_pair_is_lost_among_hundreds_of_obstacles_that_come_move_and_go() {
     }
     assert!(added.len() > 150 && met > 500, "{} {met}", added.len());
 }
+
+#[test]
+fn what_was_told_last_of_a_pair_counts() {
+    let mut checker = cell();
+    let pairs = |checker: &Checker| {
+        let names = |pair: [ShapeId; 2]| pair.map(|id| checker.name(id).unwrap().to_owned());
+        let mut all: Vec<_> = checker.pairs().map(names).collect();
+        all.sort_unstable();
+        all
+    };
+    let before = pairs(&checker);
+    let asks = |all: &[[String; 2]], pair: [&str; 2]| all.iter().any(|names| names == &pair);
+    // An object in the hand and what stands in the world, both obstacles.
+    assert!(asks(&before, ["board", "load"]));
+    checker.allow(["load", "board"], true).unwrap();
+    let allowed = pairs(&checker);
+    assert!(!asks(&allowed, ["board", "load"]));
+    assert_eq!(allowed.len() + 1, before.len());
+    // Links that are neighbours, and what the object was allowed to touch.
+    assert!(!asks(&before, ["upper", "fore"]) && !asks(&before, ["left", "load"]));
+    checker.allow(["fore", "upper"], false).unwrap();
+    checker.allow(["load", "left"], false).unwrap();
+    assert!(asks(&pairs(&checker), ["upper", "fore"]) && asks(&pairs(&checker), ["left", "load"]));
+    // Later obstacles follow their name.
+    let shape = Shape::sphere(0.1).unwrap();
+    let board = checker.add("board", at(0.0, 0.0, 0.0), shape).unwrap();
+    let load = checker.find("load").unwrap();
+    assert!(!checker.pairs().any(|pair| pair == [load, board]));
+    checker.remove(board).unwrap();
+    for (names, may_touch) in [
+        (["board", "load"], false),
+        (["upper", "fore"], true),
+        (["left", "load"], true),
+    ] {
+        checker.allow(names, may_touch).unwrap();
+    }
+    assert_eq!(pairs(&checker), before);
+    let refused = checker.allow(["load", "tray"], true).unwrap_err();
+    assert!(refused.to_string().contains("tray"), "{refused}");
+    let mut rival = cell();
+    for q in configurations(100, 5) {
+        let labels = [&mut checker, &mut rival].map(|checker| {
+            let mut pairs = Vec::new();
+            let _ = checker.collide_all(&q, UNLIMITED, &mut pairs).unwrap();
+            pairs
+        });
+        assert_eq!(labels[0], labels[1]);
+    }
+}
