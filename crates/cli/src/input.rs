@@ -41,6 +41,29 @@ enum UpName {
 }
 
 impl MeshArgs {
+    /// The tree of a mesh file, of points, or of a shape, and how long its build took.
+    pub fn tree(&self, file: &Path, options: &BuildOptions) -> Result<(Tree, Duration), FileError> {
+        let fault = |what: String| FileError::new(file, &*what);
+        let name = file.to_string_lossy();
+        let shape = name.split_once(':');
+        if let Some(("thick", rest)) = shape {
+            let parts = rest.split_once(',');
+            let parts = parts.and_then(|(radius, file)| Some((radius.parse().ok()?, file)));
+            let (radius, of) = parts.ok_or_else(|| fault("must be thick:R,FILE".into()))?;
+            let (tree, build) = self.tree(Path::new(of), options)?;
+            let thick = tree.with_radius(radius);
+            return Ok((thick.map_err(|error| fault(error.to_string()))?, build));
+        }
+        let start = Instant::now();
+        if let Some(tree) = shape.and_then(|(kind, lengths)| shape_of(kind, lengths)) {
+            return Ok((tree.map_err(fault)?, start.elapsed()));
+        }
+        let mesh = self.load(file)?;
+        let start = Instant::now();
+        let tree = Tree::with_options(mesh, options);
+        Ok((tree, start.elapsed()))
+    }
+
     /// Reads a mesh file, or standard input for `-`, and tells what was passed over.
     pub fn load(&self, file: &Path) -> Result<Mesh, FileError> {
         let Loaded { mesh, notices, .. } = self.load_quietly(file)?;
@@ -82,11 +105,32 @@ impl MeshArgs {
     }
 }
 
+/// The tree of a shape, or why there is none of these lengths; `None` for another kind of file.
+fn shape_of(kind: &str, lengths: &str) -> Option<Result<Tree, String>> {
+    let lengths: Option<Vec<f64>> = lengths.split(',').map(|x| x.trim().parse().ok()).collect();
+    let tree = match (kind, lengths.as_deref()) {
+        ("ball", Some(&[radius])) => Tree::ball(radius),
+        ("capsule", Some(&[radius, length])) => Tree::capsule(radius, length),
+        ("box", Some(&[x, y, z])) => Tree::cuboid([x, y, z]),
+        ("cylinder", Some(&[radius, length])) => Tree::cylinder(radius, length),
+        ("cone", Some(&[radius, length])) => Tree::cone(radius, length),
+        ("ball" | "capsule" | "box" | "cylinder" | "cone", _) => {
+            let known = "ball:R, capsule:R,L, box:X,Y,Z, cylinder:R,L or cone:R,L";
+            return Some(Err(format!("must be {known}")));
+        }
+        _ => return None,
+    };
+    Some(tree.map_err(|error| error.to_string()))
+}
+
 #[derive(clap::Args)]
 pub struct Input {
     /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is
     /// standard
     /// input, whose format its content tells.
+    ///
+    /// Also a point cloud, .xyz, .pts, .asc, .txt, .csv, .pcd or .npy; a shape, ball:R, capsule:R,L, box:X,Y,Z, cylinder:R,L or
+    /// cone:R,L; or one of these files thickened by a radius, thick:R,FILE.
     a: PathBuf,
     /// Mesh B, which takes the poses.
     b: PathBuf,
@@ -110,19 +154,10 @@ pub struct LoadedInput {
 
 impl Input {
     pub fn load(&self, options: &BuildOptions) -> Result<LoadedInput, FileError> {
-        let (a, b) = (self.meshes.load(&self.a)?, self.meshes.load(&self.b)?);
-        let poses = files::poses(&self.poses)?;
-        let start = Instant::now();
-        let (a, b) = (
-            Tree::with_options(a, options),
-            Tree::with_options(b, options),
-        );
-        Ok(LoadedInput {
-            a,
-            b,
-            build: start.elapsed(),
-            poses,
-        })
+        let (a, of_a) = self.meshes.tree(&self.a, options)?;
+        let (b, of_b) = self.meshes.tree(&self.b, options)?;
+        let (build, poses) = (of_a + of_b, files::poses(&self.poses)?);
+        Ok(LoadedInput { a, b, build, poses })
     }
 
     /// Tells which meshes that were to be solids are open.
