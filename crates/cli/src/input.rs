@@ -6,7 +6,6 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use clap::ValueEnum;
 use indicatif::ProgressStyle;
 use indicatif::style::TemplateError;
 use punctual::clock::{ClockedBudget, SystemClock};
@@ -29,15 +28,8 @@ pub struct MeshArgs {
     /// The axis that points up in mesh files: turn the meshes such that z does. From y, (x, y, z) becomes (x, -z, y);
     /// from x,
     /// (-z, y, x). Pages of --view have z up then; without it they guess.
-    #[arg(long, value_enum)]
-    up: Option<UpName>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum UpName {
-    X,
-    Y,
-    Z,
+    #[arg(long, value_name = "UP", value_parser = ["x", "y", "z"])]
+    up: Option<String>,
 }
 
 impl MeshArgs {
@@ -54,9 +46,8 @@ impl MeshArgs {
             let thick = tree.with_radius(radius);
             return Ok((thick.map_err(|error| fault(error.to_string()))?, build));
         }
-        let start = Instant::now();
         if let Some(tree) = shape.and_then(|(kind, lengths)| shape_of(kind, lengths)) {
-            return Ok((tree.map_err(fault)?, start.elapsed()));
+            return Ok((tree.map_err(fault)?, Duration::ZERO));
         }
         let mesh = self.load(file)?;
         let start = Instant::now();
@@ -80,10 +71,10 @@ impl MeshArgs {
 
     /// Reads a mesh file, or standard input for `-`.
     pub fn load_quietly(&self, file: &Path) -> Result<Loaded, FileError> {
-        let up = match self.up {
-            Some(UpName::X) => Axis::X,
-            Some(UpName::Y) => Axis::Y,
-            Some(UpName::Z) | None => Axis::Z,
+        let up = match self.up.as_deref() {
+            Some("x") => Axis::X,
+            Some("y") => Axis::Y,
+            _ => Axis::Z,
         };
         let options = ReadOptions::default().scale_axes(self.scale).up(up);
         if file.as_os_str() != "-" {
@@ -107,8 +98,7 @@ impl MeshArgs {
 
 /// The tree of a shape, or why there is none of these lengths; `None` for another kind of file.
 fn shape_of(kind: &str, lengths: &str) -> Option<Result<Tree, String>> {
-    let lengths: Option<Vec<f64>> = lengths.split(',').map(|x| x.trim().parse().ok()).collect();
-    let tree = match (kind, lengths.as_deref()) {
+    let tree = match (kind, numbers(lengths).as_deref()) {
         ("ball", Some(&[radius])) => Tree::ball(radius),
         ("capsule", Some(&[radius, length])) => Tree::capsule(radius, length),
         ("box", Some(&[x, y, z])) => Tree::cuboid([x, y, z]),
@@ -297,20 +287,20 @@ pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
         .map_err(|_| "must be finite and not negative".to_owned())
 }
 
+/// Numbers between commas.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|x| x.trim().parse().ok()).collect()
+}
+
 /// One factor, or one for each axis.
 fn parse_scale(text: &str) -> Result<[f64; 3], String> {
-    let factors: Result<Vec<f64>, _> = text
-        .split(',')
-        .map(|factor| factor.trim().parse())
-        .collect();
-    let factors = match factors.as_deref() {
-        Ok(&[all]) => [all; 3],
-        Ok(&[x, y, z]) => [x, y, z],
+    let factors = match numbers(text).as_deref() {
+        Some(&[all]) => [all; 3],
+        Some(&[x, y, z]) => [x, y, z],
         _ => return Err("must be a number, or three with commas".into()),
     };
-    let good = factors
-        .iter()
-        .all(|factor| *factor != 0.0 && factor.is_finite());
+    let is_good = |factor: &f64| *factor != 0.0 && factor.is_finite();
+    let good = factors.iter().all(is_good);
     good.then_some(factors)
         .ok_or_else(|| "must be finite and not 0".into())
 }

@@ -10,7 +10,7 @@ fn folder() -> Folder {
     folder.write("points.txt", "0 0 0\n0 0 2\n");
     folder.write("rays.txt", "0 0 9 0 0 -1\n");
     let there = shift(4.0);
-    folder.write("sweeps.txt", format!("{} -4 0 0 0 0 0\n", there.trim_end()));
+    folder.write("sweeps.txt", format!("{} -4 0 0\n", there.trim_end()));
     folder
 }
 
