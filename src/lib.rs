@@ -172,6 +172,7 @@ pub mod rays {
 
 /// Points and solids: [`Query::winding`], [`Query::signed_distance`].
 pub mod points {
+    pub use crate::query::near_points::PointsWithin;
     pub use crate::query::points::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 }
 

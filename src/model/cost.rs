@@ -82,6 +82,7 @@ const _: () = assert!(MAX_STEP_WORK >= WORK_PER_RAY_TEST + WORK_PER_EXACT_TEST);
 
 /// Work of preparing a point, of testing it against a triangle in `f64`, and of a vertex or an edge
 /// of the boundary of an open solid. Nodes cost as for rays.
+pub(crate) const WORK_PER_POINT_AROUND: u64 = 70;
 pub(crate) const WORK_PER_POINT: u64 = 150;
 pub(crate) const WORK_PER_POINT_TRIANGLE: u64 = 120;
 pub(crate) const WORK_PER_OPEN_EDGE: u64 = 6;
