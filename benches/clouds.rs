@@ -1,8 +1,8 @@
-//! Point clouds and the links of a robot: `cargo bench -p punctual-benches --bench clouds -- ROBOT [POINTS]` (default 100,000).
+//! Point clouds and the links of a robot: `cargo bench -p punctual-benches --bench clouds -- ROBOT [POINTS [TIMES [QUESTION REPEATS]]]` (default 100,000, 0).
 //!
 //! ROBOT is a folder with `robot.urdf`, `shapes.csv`, `configs.csv` and `environment.csv`, as the robots of the shared data. The
 //! cloud is a sample of the surfaces of the environment with a noise of 2 mm. Of each of 100 configurations it is asked whether
-//! a point is within 2 cm of the links that are meshes, how far the nearest is, and which are within 2 cm. Printed is CPU time
+//! a point is within 2 cm of the links that are meshes, their triangles divided in four TIMES times, how far the nearest is, and which are within 2 cm. Printed is CPU time
 //! of a configuration in microseconds: median, mean and 95 %.
 
 use std::collections::HashMap;
@@ -70,19 +70,32 @@ fn least<R>(calls: usize, mut call: impl FnMut() -> R) -> f64 {
     (0..calls).map(time).fold(f64::INFINITY, f64::min)
 }
 
+/// Each triangle divided in four.
+fn divided(mesh: &Mesh) -> Mesh {
+    let four = (0..mesh.len()).flat_map(|i| {
+        let [a, b, c] = mesh.triangle(i);
+        let [d, e, f] = [a.midpoint(b), b.midpoint(c), c.midpoint(a)];
+        [a, d, f, d, b, e, f, e, c, d, e, f].map(|v| v.as_vec3().to_array())
+    });
+    let vertices: Vec<_> = four.collect();
+    let corners = (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+    Mesh::new(vertices.iter().copied(), corners).unwrap()
+}
+
 struct Links {
     trees: Vec<Tree>,
     /// Of each configuration, the pose of each link.
     poses: Vec<Vec<Pose>>,
 }
 
-fn links(folder: &Path) -> Links {
+fn links(folder: &Path, times: usize) -> Links {
     let model = Model::from_urdf(folder.join("robot.urdf"), &UrdfOptions::default()).unwrap();
     let index: HashMap<_, _> = model.link_names().zip(0..).collect();
     let (mut trees, mut of_link) = (Vec::new(), Vec::new());
     for row in rows(&folder.join("shapes.csv")) {
         if row[3] == "mesh" && row[1] != "world" && index[row[1].as_str()] > 0 {
-            trees.push(Tree::new(load(&folder.join(&row[7]))));
+            let mesh = load(&folder.join(&row[7]));
+            trees.push(Tree::new((0..times).fold(mesh, |mesh, _| divided(&mesh))));
             of_link.push(index[row[1].as_str()]);
         }
     }
@@ -157,7 +170,8 @@ fn main() {
     let folder = arguments.next().expect("the folder of a robot");
     let folder = Path::new(&folder);
     let count = arguments.next().map_or(100_000, |x| x.parse().unwrap());
-    let Links { trees, poses } = links(folder);
+    let times = arguments.next().map_or(0, |x| x.parse().unwrap());
+    let Links { trees, poses } = links(folder, times);
     let environment = rows(&folder.join("environment.csv"));
     let mesh = |row: &Vec<String>| load(&folder.join(&row[1]));
     let points = sample(&environment.iter().map(mesh).collect::<Vec<_>>(), count);
@@ -190,11 +204,17 @@ fn main() {
         ("all", &cloud, Asker::all),
         ("all, by contacts", &cloud, Asker::contacts),
     ];
+    let only = arguments.next();
+    let repeats = arguments.next().map_or(1, |x| x.parse().unwrap());
+    let is_asked = |name: &str| only.as_ref().is_none_or(|only| only == name);
     let mut askers = questions.map(|(_, cloud, _)| asker(cloud));
     let (mut times, mut sums) = ([const { Vec::new() }; 6], [0.0; 6]);
-    for poses in &poses {
+    for poses in (0..repeats).flat_map(|_| &poses) {
         let links: Vec<_> = trees.iter().zip(poses.iter().copied()).collect();
-        for (i, (_, _, ask)) in questions.iter().enumerate() {
+        for (i, (name, _, ask)) in questions.iter().enumerate() {
+            if !is_asked(name) {
+                continue;
+            }
             let start = ThreadTime::now();
             sums[i] += ask(&mut askers[i], &links);
             times[i].push(start.elapsed().as_secs_f64() * 1e6);
@@ -202,6 +222,9 @@ fn main() {
     }
     println!("{:<20} {:>9} {:>9} {:>9}", "us", "median", "mean", "95 %");
     for ((name, ..), (times, sum)) in questions.iter().zip(times.iter().zip(sums)) {
+        if !is_asked(name) {
+            continue;
+        }
         println!("{name:<20} {}   {sum:.6}", told(times));
     }
 }

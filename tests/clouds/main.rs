@@ -9,6 +9,7 @@ mod distance;
 mod exact_distance;
 
 mod files;
+mod near;
 
 use common::check::{assert_certificate, assert_complete, assert_sound, sorted};
 use common::random::Random;
