@@ -115,6 +115,7 @@ pub use engine::workspace::{ResumeError, Workspace};
 /// To convert results to another version, use `to_array` and `to_cols_array`, which all versions
 /// have; the program then does not depend on the version used here.
 pub use glam;
+pub use mesh::depth::{DepthCamera, DepthError};
 pub use mesh::{Mesh, MeshError, shapes};
 #[doc(no_inline)]
 pub use punctual_geom as geom;

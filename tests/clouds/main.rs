@@ -8,6 +8,7 @@ mod distance;
 #[path = "../common/exact_distance.rs"]
 mod exact_distance;
 
+mod depth;
 mod files;
 mod near;
 

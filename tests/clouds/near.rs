@@ -75,7 +75,10 @@ fn drained(query: &Query<PointsWithin>, step: Budget, workspace: &mut Workspace)
             Err(_) => break,
         }
     }
-    assert_eq!((answer.stop, answer.value), (StopReason::Finished, all.len() as u64));
+    assert_eq!(
+        (answer.stop, answer.value),
+        (StopReason::Finished, all.len() as u64)
+    );
     all
 }
 
@@ -116,7 +119,10 @@ fn each_point_within_is_found_once_wherever_a_query_stops() {
                 assert!(open.open_pairs() > 0 || answer.stop == StopReason::Finished);
                 let boxes: Vec<Aabb> = open.boxes().collect();
                 for &id in least.difference(&near).take(20) {
-                    let middle = cloud.mesh().vertex(id as usize).midpoint(truth[id as usize].0);
+                    let middle = cloud
+                        .mesh()
+                        .vertex(id as usize)
+                        .midpoint(truth[id as usize].0);
                     let holds = |open: &Aabb| {
                         let open = Aabb {
                             min: open.min - ROUNDING,
@@ -156,7 +162,10 @@ fn radii_of_both_add_to_the_distance() {
         drained(&query, ENOUGH, workspace)
     };
     let plain = near(&cloud, &ball, 0.25, workspace);
-    let (thick, fat) = (cloud.clone().with_radius(0.1), ball.clone().with_radius(0.15));
+    let (thick, fat) = (
+        cloud.clone().with_radius(0.1),
+        ball.clone().with_radius(0.15),
+    );
     let thick = [thick.unwrap(), fat.unwrap()];
     assert_eq!(near(&thick[0], &thick[1], 0.0, workspace), plain);
     assert!(!plain.is_empty() && plain.len() < cloud.mesh().len());
@@ -189,7 +198,10 @@ fn what_cannot_be_asked_is_refused_and_what_is_empty_is_answered() {
         let _ = near.run(workspace, Budget::work(0).clock(&ManualClock::new()));
         let distance = Query::distance(&cloud, &ball, pose);
         let _ = distance.run(workspace, ENOUGH.clock(&ManualClock::new()));
-        assert!(near.resume(workspace, ENOUGH.clock(&ManualClock::new())).is_err());
+        assert!(
+            near.resume(workspace, ENOUGH.clock(&ManualClock::new()))
+                .is_err()
+        );
         assert!(workspace.near_points().is_empty());
     }
 }
@@ -198,7 +210,13 @@ fn what_cannot_be_asked_is_refused_and_what_is_empty_is_answered() {
 fn far_from_the_origin_and_of_all_sizes() {
     let workspace = &mut Workspace::new();
     let mut random = crate::common::random::Random::new(9);
-    for (far, size) in [(0.0, 1e-30), (0.0, 1e30), (1e3, 1.0), (1e9, 1.0), (1e15, 1.0)] {
+    for (far, size) in [
+        (0.0, 1e-30),
+        (0.0, 1e30),
+        (1e3, 1.0),
+        (1e9, 1.0),
+        (1e15, 1.0),
+    ] {
         let points: Vec<_> = (0..500).map(|_| random.vector() * 2.0 * size).collect();
         let points = points.iter().map(|point| *point + DVec3::splat(far));
         let cloud = Tree::from_points_f64(points).unwrap();
@@ -211,7 +229,10 @@ fn far_from_the_origin_and_of_all_sizes() {
         let all = drained(&query, ENOUGH, workspace);
         for (id, (_, distance)) in (0..).zip(truth) {
             let is_clear = (distance - reach).abs() > band;
-            assert!(!is_clear || all.contains(&id) == (distance <= reach), "{far} {size} {id}");
+            assert!(
+                !is_clear || all.contains(&id) == (distance <= reach),
+                "{far} {size} {id}"
+            );
         }
     }
 }
