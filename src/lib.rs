@@ -68,6 +68,8 @@
 //!   with depths for a solver: [`Query::manifolds`]. Time of impact: [`Query::impact`]. Ray casts:
 //!   [`Query::ray`], [`Query::rays`]. A translation that separates the surfaces: the crate
 //!   `punctual-depenetrate`.
+//! - Point clouds, and which of their points are near a surface: [`Tree::from_points`],
+//!   [`Query::points_within`].
 //! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
 //! - A mesh against itself: [`Query::self_intersections`]. Instances of a mesh, scaled or mirrored:
 //!   [`Tree::scaled`]. Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the

@@ -1,7 +1,7 @@
 //! Points of a cloud near a surface: how the traversal handles node pairs and triangle pairs.
 //!
 //! A block of points meets many nodes of the surface. The points found are marked, and are of no
-//! interest to the pairs that follow. So each point is found once, and the closest pairs go first.
+//! interest to the pairs that follow. So each point is found once.
 
 use crate::engine::boxes::RelativePose;
 use crate::engine::expand::{Keys, LeafRows, Sink, expand};
