@@ -71,6 +71,7 @@
 //! - Point clouds, and which of their points are near a surface: [`Tree::from_points`],
 //!   [`Query::points_within`].
 //! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
+//! - Shapes: [`Tree::ball`], [`Tree::capsule`], [`Tree::cuboid`], [`Tree::cylinder`] and others.
 //! - A mesh against itself: [`Query::self_intersections`]. Instances of a mesh, scaled or mirrored:
 //!   [`Tree::scaled`]. Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
 //!   crate `punctual-io`.

@@ -8,7 +8,8 @@
 // - one pass bottom-up (`update`) that gives every subtree its exact boxes (`fit`), its alpha
 //   per axis and its profile level by level (`profile`). When vertices move, this pass is
 //   repeated (`refit`).
-// The tree of a point cloud is built over blocks of points (`cloud`).
+// The tree of a point cloud is built over blocks of points (`cloud`). Shapes with a formula are made
+// of meshes (`shapes`, `hull`).
 //
 // The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
 // may be the farthest along a direction (`extremes`) and the components and open edges of a solid
@@ -31,6 +32,7 @@ mod extremes;
 mod file;
 mod fit;
 mod fork;
+mod hull;
 pub(crate) mod inside;
 pub(crate) mod local_ray;
 mod mass;
@@ -41,6 +43,7 @@ mod place;
 mod profile;
 mod refit;
 mod scaled;
+mod shapes;
 mod solid;
 mod unit;
 mod update;
@@ -53,6 +56,7 @@ pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
 pub use mass::MassProperties;
 pub use options::{BuildOptions, Effort};
+pub use shapes::{ROUND_BAND, ShapeError};
 pub use solid::{Component, Solid, SolidError, Solidity};
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
@@ -266,7 +270,7 @@ impl Tree {
     }
 
     /// Thickens the surface by a ball: every question is about the points no farther than `radius`
-    /// from the mesh, the *core*. A point becomes a ball, a segment a capsule, a box a rounded box.
+    /// from the mesh, the *core*. [`Tree::ball`] and [`Tree::capsule`] are a point and a segment.
     /// The default is 0. Clones, refits and files keep it. `O(1)`.
     ///
     /// The radius is in the length unit of the mesh. It adds to the margins of queries and bodies.
@@ -275,13 +279,13 @@ impl Tree {
     ///
     /// ```
     /// use punctual::glam::DMat3;
-    /// use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace};
-    /// let point = Mesh::new([[0.0_f32; 3]], [[0; 3]])?;
-    /// let ball = Tree::new(point).with_radius(0.5)?;
-    /// let pose = Pose::new(DMat3::IDENTITY, [0.0, 0.0, 3.0])?;
-    /// let query = Query::distance(&ball, &ball, pose);
+    /// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
+    /// let (ring, ball) = (Tree::new(shapes::torus(1.0, 0.25, 9)), Tree::ball(0.5)?);
+    /// let thick = ring.with_radius(0.5)?;
+    /// let pose = Pose::new(DMat3::IDENTITY, [3.25, 0.0, 0.0])?;
+    /// let query = Query::distance(&thick, &ball, pose);
     /// let found = query.run(&mut Workspace::new(), Budget::unlimited()).value;
-    /// assert!(found.low <= 2.0 && 2.0 <= found.high && found.high - found.low < 1e-5);
+    /// assert!(found.low <= 1.0 && 1.0 <= found.high && found.high - found.low < 1e-5);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///

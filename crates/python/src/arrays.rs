@@ -178,6 +178,16 @@ pub fn mesh(given: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Mesh
     Mesh::from_f64(vertices, triangles).map_err(value_error)
 }
 
+/// The point cloud of an array, checked.
+pub fn cloud(given: &Bound<'_, PyAny>) -> PyResult<Mesh> {
+    let mesh = match given.cast::<PyArray2<f32>>() {
+        Ok(narrow) => Mesh::from_points(rows(narrow, "points", |row| [row[0], row[1], row[2]])?),
+        Err(_) => Mesh::from_points_f64(vectors(given, "points")?),
+    };
+    // A point is a vertex of the library.
+    mesh.map_err(|error| value_error(error.to_string().replace("vertex", "point")))
+}
+
 /// A `(4, 4)` matrix that brings coordinates of B into those of A.
 #[derive(Clone, Copy)]
 pub struct Transform(pub Pose);

@@ -30,6 +30,7 @@ mod query_batch;
 mod rays;
 mod record;
 mod robot;
+mod robot_motion;
 mod scene;
 mod scene_cast;
 mod scene_contacts;
@@ -79,9 +80,11 @@ mod _punctual3d {
     use super::record::{_restore, _state};
     #[pymodule_export]
     use super::robot::{
-        Robot, RobotClearances, RobotCollisions, RobotEdges, RobotMeetings, braking_time,
-        safe_speed,
+        Robot, RobotClearances, RobotCollisions, RobotEdges, RobotMeetings, RobotNearPairs,
+        braking_time, safe_speed,
     };
+    #[pymodule_export]
+    use super::robot_motion::{Ahead, Horizon, Trajectory};
     #[pymodule_export]
     use super::scene::{Report, Scene};
     #[pymodule_export]

@@ -13,7 +13,8 @@ use crate::penetration::Penetration;
 use crate::query::Collision;
 use crate::query_batch::CollisionBatch;
 use crate::rays::RayHits;
-use crate::robot::{RobotClearances, RobotCollisions, RobotEdges, RobotMeetings};
+use crate::robot::{RobotClearances, RobotCollisions, RobotEdges, RobotMeetings, RobotNearPairs};
+use crate::robot_motion::Ahead;
 use crate::scene::Report;
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
@@ -80,6 +81,7 @@ records!(
         ShapeCast
     ],
     [
+        Ahead,
         BodyContacts,
         Certificate,
         CollisionBatch,
@@ -99,6 +101,7 @@ records!(
         RobotCollisions,
         RobotEdges,
         RobotMeetings,
+        RobotNearPairs,
         View
     ]
 );

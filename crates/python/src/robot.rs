@@ -1,9 +1,10 @@
 //! Robots: configurations and edges, many in one call.
 
-use crate::arrays::{Transform, column, points, table};
+use crate::arrays::{Transform, Transforms, column, numbers_if, points, table};
 use crate::errors::{finite, robot_error, value_error};
 use crate::interrupt::Progress;
 use crate::limit::Limit;
+use crate::robot_motion::{Trajectory, Way};
 use crate::tree::{Surface, warn};
 use crate::view::View;
 use numpy::{
@@ -12,14 +13,15 @@ use numpy::{
 use punctual::Budget;
 use punctual::clock::ClockedBudget;
 use punctual_robot::{
-    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
-    RobotError, Scope, Shape, ShapeId, UrdfOptions,
+    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Margin, Model,
+    NearPair, Outcome, RobotError, Scope, Shape, ShapeId, UrdfOptions,
 };
 use punctual_view::Obstacle;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -27,8 +29,19 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 const BETWEEN_LOOKS: usize = 1 << 14;
 const EDGES_BETWEEN_LOOKS: usize = 1 << 8;
 
-/// What an obstacle was added with, for pickles.
-type Added = (String, Solid, [f64; 12], Option<String>, Vec<String>);
+/// What an obstacle was added with, and how it moves, for pickles.
+#[derive(Clone, Serialize, Deserialize)]
+struct Added {
+    name: String,
+    solid: Solid,
+    pose: [f64; 12],
+    link: Option<String>,
+    may_touch: Vec<String>,
+    way: Option<Way>,
+}
+
+/// What margins were set, for pickles: names, whether they are a padding, and metres.
+type Margins = BTreeMap<(Option<String>, Option<String>, bool), f64>;
 
 /// A shape, for pickles.
 #[derive(Clone, Serialize, Deserialize)]
@@ -93,6 +106,7 @@ pub struct Robot {
     /// In a box: Python's objects have less alignment than it needs.
     checker: Box<Mutex<Checker>>,
     added: Mutex<Vec<(ShapeId, Added)>>,
+    margins: Mutex<Margins>,
     source: Source,
 }
 
@@ -158,6 +172,43 @@ pub struct RobotClearances {
     work: Py<PyArray1<u64>>,
 }
 
+/// All pairs of shapes that are near each other, of each configuration: low <= what is left of the
+/// distance above the margin <= high, in metres. Those of configuration i are the rows from
+/// offsets[i] to offsets[i + 1].
+#[pyclass(module = "punctual3d", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
+pub struct RobotNearPairs {
+    /// (M, 2) int64: numbers of the shapes (`Robot.shape_name`), the lower one first.
+    #[serde(with = "crate::arrays::bytes")]
+    pairs: Py<PyArray2<i64>>,
+    /// (M,) float64, proven.
+    #[serde(with = "crate::arrays::bytes")]
+    low: Py<PyArray1<f64>>,
+    /// (M,) float64, proven.
+    #[serde(with = "crate::arrays::bytes")]
+    high: Py<PyArray1<f64>>,
+    /// (M, 2, 3) float64: their closest points in the world; 0 if one holds the other.
+    #[serde(with = "crate::arrays::bytes")]
+    points: Py<PyArray3<f64>>,
+    /// (M, 3) float64: unit vectors from the first point to the second, 0 where they are one.
+    #[serde(with = "crate::arrays::bytes")]
+    normals: Py<PyArray2<f64>>,
+    /// (M, J) float64: how the distance changes with each joint, in m/rad or m/m; 0 of points that
+    /// touch.
+    #[serde(with = "crate::arrays::bytes")]
+    gradients: Py<PyArray2<f64>>,
+    /// (N + 1,) int64.
+    #[serde(with = "crate::arrays::bytes")]
+    offsets: Py<PyArray1<i64>>,
+    /// (N,) float64, proven: no less is left of the pairs that are not listed; `within` at least,
+    /// unless the budget ended first.
+    #[serde(with = "crate::arrays::bytes")]
+    beyond: Py<PyArray1<f64>>,
+    /// (N,) uint64: units of work done.
+    #[serde(with = "crate::arrays::bytes")]
+    work: Py<PyArray1<u64>>,
+}
+
 /// What is known of straight lines in joint space, a row for each; times are shares of them. Of a
 /// path or a horizon one row, with the times that these state.
 #[pyclass(module = "punctual3d", frozen, get_all)]
@@ -197,13 +248,27 @@ fn count(codes: &Bound<'_, PyArray1<i8>>, code: i8) -> PyResult<usize> {
     Ok(codes.to_vec()?.iter().filter(|&&c| c == code).count())
 }
 
-fn edge_options(first: bool, resolution: f64) -> EdgeOptions {
+fn edge_options(
+    first: bool,
+    resolution: f64,
+    [start, duration]: [f64; 2],
+) -> PyResult<EdgeOptions> {
+    finite([("resolution", Some(resolution))])?;
     let mut options = match first {
         true => EdgeOptions::first(),
         false => EdgeOptions::any(),
     };
-    options.resolution = resolution;
-    options
+    (options.resolution, options.start, options.duration) = (resolution, start, duration);
+    Ok(options)
+}
+
+/// Where the rows of each configuration begin among all rows, and where the last ones end.
+fn offsets(counts: impl Iterator<Item = usize>) -> Vec<i64> {
+    let sums = counts.scan(0, |sum, count| {
+        *sum += count as i64;
+        Some(*sum)
+    });
+    std::iter::once(0).chain(sums).collect()
 }
 
 fn robot_edges(py: Python<'_>, rows: &[Outcome<Edge>]) -> PyResult<RobotEdges> {
@@ -247,7 +312,7 @@ pub fn braking_time(velocity: One, decelerations: One) -> PyResult<f64> {
 }
 
 /// A row for each configuration: one of a vector, many of a matrix.
-struct Rows<'py>(PyReadonlyArray2<'py, f64>);
+pub struct Rows<'py>(pub PyReadonlyArray2<'py, f64>);
 
 impl<'py> FromPyObject<'_, 'py> for Rows<'py> {
     type Error = PyErr;
@@ -274,7 +339,7 @@ impl<'py> FromPyObject<'_, 'py> for Rows<'py> {
 }
 
 /// One configuration: of an array of f64, or any sequence of numbers.
-pub struct One(Vec<f64>);
+pub struct One(pub Vec<f64>);
 
 impl<'py> FromPyObject<'_, 'py> for One {
     type Error = PyErr;
@@ -304,11 +369,12 @@ impl Robot {
         Ok(Self {
             checker: Box::new(Mutex::new(Checker::new(Arc::new(model)))),
             added: Mutex::default(),
+            margins: Mutex::default(),
             source,
         })
     }
 
-    fn checker(&self) -> MutexGuard<'_, Checker> {
+    pub fn checker(&self) -> MutexGuard<'_, Checker> {
         self.checker.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -316,15 +382,52 @@ impl Robot {
         self.added.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn margins(&self) -> MutexGuard<'_, Margins> {
+        self.margins.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether a link or an obstacle has this name.
+    fn has(&self, name: &str) -> bool {
+        let is_link = self.checker().model().link_names().any(|link| link == name);
+        is_link || self.added().iter().any(|(_, added)| added.name == name)
+    }
+
     fn insert(&self, added: Added, shape: Shape) -> Result<u32, RobotError> {
-        let (name, _, pose, link, may_touch) = &added;
-        let pose = punctual::Pose::from_row_major(*pose).unwrap_or(punctual::Pose::IDENTITY);
-        let touches: Vec<&str> = may_touch.iter().map(String::as_str).collect();
+        let pose = punctual::Pose::from_row_major(added.pose).unwrap_or(punctual::Pose::IDENTITY);
+        let touches: Vec<&str> = added.may_touch.iter().map(String::as_str).collect();
+        let track = added.way.as_ref().map(Way::track).transpose()?;
         let mut checker = self.checker();
-        let id = checker.attach(name, link.as_deref(), pose, shape, &touches)?;
+        let id = checker.attach(&added.name, added.link.as_deref(), pose, shape, &touches)?;
+        track.map_or(Ok(()), |track| checker.move_along(id, track))?;
         drop(checker);
         self.added().push((id, added));
         Ok(id.number())
+    }
+
+    /// Sets the margins of a pickle, those for names of removed obstacles too: others of these names
+    /// may come.
+    fn restore_margins(&self, margins: Margins) -> PyResult<()> {
+        let mut absent = Vec::new();
+        for (name, other, _) in margins.keys() {
+            for name in [name, other].into_iter().flatten().filter(|n| !self.has(n)) {
+                let shape = Shape::sphere(1.0).map_err(value_error)?;
+                let added = Added {
+                    name: name.clone(),
+                    solid: Solid::Sphere(1.0),
+                    pose: punctual::Pose::IDENTITY.to_row_major(),
+                    link: None,
+                    may_touch: Vec::new(),
+                    way: None,
+                };
+                absent.push(self.insert(added, shape).map_err(value_error)?);
+            }
+        }
+        for ((name, other, padding), margin) in margins {
+            self.set_margin(margin, name, other, padding)?;
+        }
+        absent
+            .into_iter()
+            .try_for_each(|number| self.remove(number))
     }
 
     fn id(&self, number: u32) -> PyResult<ShapeId> {
@@ -336,6 +439,14 @@ impl Robot {
                 RobotError::NoObstacle
             ))
         })
+    }
+
+    /// Keeps for pickles how an obstacle was changed.
+    fn change(&self, id: ShapeId, change: impl FnOnce(&mut Added)) {
+        let mut added = self.added();
+        if let Some((_, added)) = added.iter_mut().find(|(other, _)| *other == id) {
+            change(added);
+        }
     }
 
     fn scope(&self, scope: &ScopeName) -> PyResult<Scope> {
@@ -350,6 +461,17 @@ impl Robot {
             let expected = "expected robot, obstacles or the number of a shape";
             value_error(format_args!("scope: {given}, {expected}"))
         })
+    }
+
+    fn clearance_options(
+        &self,
+        tolerance: f64,
+        scope: Option<ScopeName>,
+    ) -> PyResult<ClearanceOptions> {
+        finite([("tolerance", Some(tolerance))])?;
+        let scope = scope.map_or(Ok(Scope::All), |scope| self.scope(&scope))?;
+        let options = ClearanceOptions::default().tolerance(tolerance);
+        Ok(options.scope(scope))
     }
 
     /// The shape of configurations; an error unless they have a value for each joint.
@@ -525,8 +647,15 @@ impl Robot {
             warn(py, format!("obstacle {name}: a surface, for {why}"))?;
         }
         let shape = solid.shape()?;
-        self.insert((name, solid, pose, link, may_touch), shape)
-            .map_err(value_error)
+        let added = Added {
+            name,
+            solid,
+            pose,
+            link,
+            may_touch,
+            way: None,
+        };
+        self.insert(added, shape).map_err(value_error)
     }
 
     /// Moves an obstacle to another place, in the frame in which it was added.
@@ -535,11 +664,55 @@ impl Robot {
     fn r#move(&self, number: u32, T: Transform) -> PyResult<()> {
         let id = self.id(number)?;
         self.checker().move_to(id, T.0).map_err(value_error)?;
-        for (other, added) in self.added().iter_mut() {
-            if *other == id {
-                added.2 = T.0.to_row_major();
-            }
-        }
+        self.change(id, |added| {
+            (added.pose, added.way) = (T.0.to_row_major(), None);
+        });
+        Ok(())
+    }
+
+    /// Makes an obstacle in the world move by itself, in edges, paths, trajectories and horizons;
+    /// labels and clearances are of time 0. `move` ends its motion. It is not checked against links
+    /// that stand still in the world, nor other obstacles.
+    ///
+    /// poses: (4, 4), where it is at time 0; from there it goes on with a linear velocity (m/s) and
+    /// turns about its origin with an angular one (rad/s), both (3,), in the frame of the world. Or
+    /// (N, 4, 4), where it is at ascending times (s), (N,). reach: each of its points may be so far
+    /// (m) from there, and farther by reach_speed (m/s) with time. Raises ValueError for an obstacle
+    /// that is attached to a link, and for faults of the numbers, with the pose.
+    #[pyo3(signature = (number, poses, *, linear=None, angular=None, times=None, reach=0.0, reach_speed=0.0))]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
+    fn move_along(
+        &self,
+        number: u32,
+        poses: Transforms,
+        linear: Option<&Bound<'_, PyAny>>,
+        angular: Option<&Bound<'_, PyAny>>,
+        times: Option<One>,
+        reach: f64,
+        reach_speed: f64,
+    ) -> PyResult<()> {
+        let id = self.id(number)?;
+        let linear = numbers_if(linear, "linear")?;
+        let angular = numbers_if(angular, "angular")?;
+        let is_steady = linear.or(angular).is_some();
+        let times = match times {
+            Some(_) if is_steady => Err("times: not with linear or angular".to_owned()),
+            Some(One(times)) if times.len() == poses.0.len() => Ok(Ok(times)),
+            Some(One(times)) => Err(format!("times: {} of {} poses", times.len(), poses.0.len())),
+            None if poses.0.len() == 1 => Ok(Err([linear, angular].map(Option::unwrap_or_default))),
+            None => Err(format!("times: expected those of {} poses", poses.0.len())),
+        };
+        let way = Way {
+            poses: poses.0.iter().map(punctual::Pose::to_row_major).collect(),
+            times: times.map_err(value_error)?,
+            reach: [reach, reach_speed],
+        };
+        let track = way.track().map_err(value_error)?;
+        self.checker().move_along(id, track).map_err(value_error)?;
+        self.change(id, |added| added.way = Some(way));
         Ok(())
     }
 
@@ -549,6 +722,53 @@ impl Robot {
         let id = self.id(number)?;
         self.checker().remove(id).map_err(value_error)?;
         self.added().retain(|(other, _)| *other != id);
+        Ok(())
+    }
+
+    /// Sets how far apart shapes must be, in metres: 0 at first. Shapes that are no farther apart
+    /// than their margin count as in contact, in all answers: labels, edges, paths and horizons. A
+    /// clearance is what is left above the margin, so it is negative within it.
+    ///
+    /// name: a link or an obstacle, whose pairs it is for, in addition to the margin of all; without
+    /// it, it is for all pairs. other: a second one: the margin is for pairs of these two, in place
+    /// of all other margins. padding: it is for pairs of the link `name`, or of what is attached to
+    /// one, and obstacles in the world, in addition to the others. A link stands for all its shapes.
+    ///
+    /// Obstacles that are added later follow what was set for their names. Pickles keep margins.
+    /// Raises ValueError, which names the argument, if there is no link or obstacle of a name, if
+    /// other or padding have no name or come together, and if margin is negative, NaN or more than
+    /// 1e30. Nothing is changed then.
+    #[pyo3(signature = (margin, *, name=None, other=None, padding=false))]
+    fn set_margin(
+        &self,
+        margin: f64,
+        name: Option<String>,
+        other: Option<String>,
+        padding: bool,
+    ) -> PyResult<()> {
+        for (argument, given) in [("name", &name), ("other", &other)] {
+            if let Some(name) = given.as_ref().filter(|name| !self.has(name)) {
+                let fault = format!("{argument}: there is no link or obstacle {name}");
+                return Err(value_error(fault));
+            }
+        }
+        let of = match (name.as_deref(), other.as_deref(), padding) {
+            (None, None, false) => Margin::All,
+            (Some(name), None, false) => Margin::Of(name),
+            (Some(name), None, true) => Margin::Padding(name),
+            (Some(name), Some(other), false) => Margin::Pair(name, other),
+            (Some(_), Some(_), true) => return Err(value_error("padding: not of two names")),
+            (None, Some(_), _) => return Err(value_error("other: expected name too")),
+            (None, None, true) => return Err(value_error("padding: expected name too")),
+        };
+        let mut margins = self.margins();
+        self.checker().set_margin(of, margin).map_err(value_error)?;
+        // Either order names the same pair.
+        let names = match other {
+            Some(other) if Some(&other) < name.as_ref() => (Some(other), name),
+            other => (name, other),
+        };
+        margins.insert((names.0, names.1, padding), margin);
         Ok(())
     }
 
@@ -632,11 +852,7 @@ impl Robot {
             };
             parts.map(all).collect()
         })?;
-        let mut offsets = vec![0];
-        offsets.extend(rows.iter().scan(0, |sum, (_, pairs)| {
-            *sum += pairs.len() as i64;
-            Some(*sum)
-        }));
+        let offsets = offsets(rows.iter().map(|(_, pairs)| pairs.len()));
         let pairs = rows.iter().flat_map(|(_, pairs)| pairs);
         let is_whole = |(found, _): &(Outcome<_>, _)| found.stop.is_final();
         Ok(RobotMeetings {
@@ -671,11 +887,8 @@ impl Robot {
         threads: usize,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<RobotClearances> {
-        finite([("tolerance", Some(tolerance))])?;
         let budget = Limit::new(budget, work)?.budget();
-        let scope = scope.map_or(Ok(Scope::All), |scope| self.scope(&scope))?;
-        let options = ClearanceOptions::default().tolerance(tolerance);
-        let options = options.scope(scope);
+        let options = self.clearance_options(tolerance, scope)?;
         let rows = self.ask(py, &Q, BETWEEN_LOOKS, progress, |checker, _, part| {
             checker.clearance_batch(part, &options, budget, threads)
         })?;
@@ -695,12 +908,67 @@ impl Robot {
         })
     }
 
+    /// All pairs of shapes of which no more than `within` metres is left above their margin, each with
+    /// proven bounds, closest points and a gradient in joint space: for optimisation, model-predictive
+    /// control and barrier functions. Pairs may be listed that are beyond by the tolerance.
+    ///
+    /// Other arguments as those of `clearance`.
+    #[pyo3(signature = (Q, within, *, tolerance=1e-6, scope=None, budget=None, work=None, threads=1, progress=None))]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
+    fn near_pairs(
+        &self,
+        py: Python<'_>,
+        Q: Rows<'_>,
+        within: f64,
+        tolerance: f64,
+        scope: Option<ScopeName>,
+        budget: Option<f64>,
+        work: Option<u64>,
+        threads: usize,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<RobotNearPairs> {
+        let budget = Limit::new(budget, work)?.budget();
+        let options = self.clearance_options(tolerance, scope)?;
+        if within.is_nan() {
+            return Err(value_error("within is NaN"));
+        }
+        let (_, width) = self.check_width(&Q)?;
+        let rows = self.ask(py, &Q, EDGES_BETWEEN_LOOKS, progress, |checker, _, part| {
+            checker.near_pairs_batch(part, within, &options, budget, threads)
+        })?;
+        let pairs = || rows.iter().flat_map(|(_, found)| &found.pairs);
+        let each = |number: fn(&NearPair) -> f64| column(py, pairs().map(number).collect());
+        let gradients = rows.iter().flat_map(|(_, found)| &found.gradients).copied();
+        let gradients = column(py, gradients.collect()).reshape([pairs().count(), width])?;
+        let places = pairs().map(|pair| pair.points.map(|p| p.to_array()));
+        let counts = rows.iter().map(|(_, found)| found.pairs.len());
+        let beyond = rows.iter().map(|(outcome, _)| outcome.value);
+        let work = rows.iter().map(|(outcome, _)| outcome.work);
+        Ok(RobotNearPairs {
+            pairs: table(py, pairs().map(|pair| numbers(Some(pair.pair))))?.unbind(),
+            low: each(|pair| pair.low).unbind(),
+            high: each(|pair| pair.high).unbind(),
+            points: points(py, places)?.unbind(),
+            normals: table(py, pairs().map(|pair| pair.normal.to_array()))?.unbind(),
+            gradients: gradients.unbind(),
+            offsets: column(py, offsets(counts)).unbind(),
+            beyond: column(py, beyond.collect()).unbind(),
+            work: column(py, work.collect()).unbind(),
+        })
+    }
+
     /// Whether straight lines in joint space are free, from each row of Q0 to that of Q1. Free is
     /// proven for all of the line, not at samples.
     ///
     /// first: seek the first contact, not any. resolution: shares of the line that are shorter are
-    /// given up. Other arguments as those of `collide`.
-    #[pyo3(signature = (Q0, Q1, *, first=false, resolution=1e-6, budget=None, work=None, threads=1, progress=None))]
+    /// given up. start: when the line begins, in seconds, and duration: what it takes, for obstacles
+    /// that move by themselves; times of the answer are in this unit. Other arguments as those of
+    /// `collide`.
+    #[pyo3(signature = (Q0, Q1, *, first=false, resolution=1e-6, start=0.0, duration=1.0, budget=None, work=None, threads=1, progress=None))]
     #[expect(
         non_snake_case,
         clippy::too_many_arguments,
@@ -713,17 +981,18 @@ impl Robot {
         Q1: Rows<'_>,
         first: bool,
         resolution: f64,
+        start: f64,
+        duration: f64,
         budget: Option<f64>,
         work: Option<u64>,
         threads: usize,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<RobotEdges> {
-        finite([("resolution", Some(resolution))])?;
         let budget = Limit::new(budget, work)?.budget();
         if Q0.0.shape() != Q1.0.shape() {
             return Err(value_error("Q0 and Q1: different shapes"));
         }
-        let options = edge_options(first, resolution);
+        let options = edge_options(first, resolution, [start, duration])?;
         let width = Q0.0.shape()[1];
         let ends = Q1.0.as_slice().map_err(value_error)?;
         let rows = self.ask(
@@ -742,24 +1011,55 @@ impl Robot {
     /// Whether a path is free: straight lines from each row of Q to the next, proven from coarse to
     /// fine along all of it. One row; times count lines, so 1.5 is the middle of the second one.
     ///
-    /// Other arguments as those of `edges`. `resume` continues a path that its budget stopped.
-    #[pyo3(signature = (Q, *, first=false, resolution=1e-6, budget=None, work=None))]
-    #[expect(non_snake_case, reason = "the argument of the Python function")]
+    /// Other arguments as those of `edges`; duration is that of each line. `resume` continues a path
+    /// that its budget stopped.
+    #[pyo3(signature = (Q, *, first=false, resolution=1e-6, start=0.0, duration=1.0, budget=None, work=None))]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
     fn path(
         &self,
         py: Python<'_>,
         Q: Rows<'_>,
         first: bool,
         resolution: f64,
+        start: f64,
+        duration: f64,
         budget: Option<f64>,
         work: Option<u64>,
     ) -> PyResult<RobotEdges> {
-        finite([("resolution", Some(resolution))])?;
         self.check_width(&Q)?;
-        let options = edge_options(first, resolution);
+        let options = edge_options(first, resolution, [start, duration])?;
         let knots = Q.0.as_slice().map_err(value_error)?;
         self.ask_one(py, Limit::new(budget, work)?, |checker, budget| {
             checker.path(knots, &options, budget)
+        })
+    }
+
+    /// Whether a motion along polynomials of time is free, proven as by `path`. One row; its times
+    /// are seconds. start: when it begins, for obstacles that move by themselves. Other arguments as
+    /// those of `edges`. `resume` continues it.
+    #[pyo3(signature = (motion, *, first=false, resolution=1e-6, start=0.0, budget=None, work=None))]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
+    fn trajectory(
+        &self,
+        py: Python<'_>,
+        motion: PyRef<'_, Trajectory>,
+        first: bool,
+        resolution: f64,
+        start: f64,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<RobotEdges> {
+        let options = edge_options(first, resolution, [start, 1.0])?;
+        let motion = &motion.0;
+        self.ask_one(py, Limit::new(budget, work)?, |checker, budget| {
+            checker.trajectory(motion, &options, budget)
         })
     }
 
@@ -784,7 +1084,7 @@ impl Robot {
         })
     }
 
-    /// Continues the last `path` or `horizon`, which its budget stopped. Raises ValueError if it is
+    /// Continues the last `path`, `trajectory` or `horizon`, which its budget stopped. Raises ValueError if it is
     /// done, or something else was asked or changed since.
     #[pyo3(signature = (*, budget=None, work=None))]
     fn resume(
@@ -811,12 +1111,12 @@ impl Robot {
                 .chunks_exact(width.max(1));
         let rows: Vec<(usize, &[f64])> = rows.enumerate().collect();
         let added = self.added().clone();
-        let obstacles = added.iter().map(|(id, (_, solid, pose, link, _))| {
+        let obstacles = added.iter().map(|(id, added)| {
             Ok(Obstacle {
                 id: *id,
-                link: link.as_deref(),
-                pose: punctual::Pose::from_row_major(*pose).map_err(value_error)?,
-                shape: solid.shape()?,
+                link: added.link.as_deref(),
+                pose: punctual::Pose::from_row_major(added.pose).map_err(value_error)?,
+                shape: added.solid.shape()?,
             })
         });
         let obstacles = obstacles.collect::<PyResult<Vec<_>>>()?;
@@ -851,7 +1151,7 @@ impl Robot {
         Ok(found.map_err(value_error)?.value.answer == EdgeAnswer::Free)
     }
 
-    /// Reads the files again, and adds the obstacles, with their numbers.
+    /// Reads the files again, adds the obstacles, with their numbers, and sets the margins.
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
@@ -859,7 +1159,8 @@ impl Robot {
         let added: Vec<(u32, Added)> = (self.added().iter())
             .map(|(id, added)| (id.number(), added.clone()))
             .collect();
-        let state = postcard::to_allocvec(&(&self.source, added)).map_err(value_error)?;
+        let margins = self.margins().clone();
+        let state = postcard::to_allocvec(&(&self.source, added, margins)).map_err(value_error)?;
         let restore = py.get_type::<Self>().getattr(intern!(py, "_restore"))?;
         Ok((restore, (PyBytes::new(py, &state),)))
     }
@@ -868,15 +1169,16 @@ impl Robot {
     #[staticmethod]
     fn _restore(py: Python<'_>, state: &[u8]) -> PyResult<Self> {
         let damaged = |fault| value_error(format_args!("Robot: the pickle is damaged: {fault}"));
-        let (source, added) =
-            postcard::from_bytes::<(Source, Vec<(u32, Added)>)>(state).map_err(damaged)?;
+        let (source, added, margins) =
+            postcard::from_bytes::<(Source, Vec<(u32, Added)>, Margins)>(state).map_err(damaged)?;
         py.detach(|| {
             let robot = Self::new(source).map_err(|error| robot_error(&error))?;
             for (number, added) in added {
-                let shape = added.1.shape()?;
+                let shape = added.solid.shape()?;
                 robot.checker().number_next(number);
                 robot.insert(added, shape).map_err(value_error)?;
             }
+            robot.restore_margins(margins)?;
             Ok(robot)
         })
     }
@@ -937,6 +1239,21 @@ impl RobotClearances {
         Ok(format!(
             "<punctual3d.RobotClearances: {} configurations>",
             self.__len__(py)?
+        ))
+    }
+}
+
+#[pymethods]
+impl RobotNearPairs {
+    /// Number of configurations.
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.beyond.bind(py).len())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (configurations, pairs) = (self.__len__(py)?, self.pairs.bind(py).shape()[0]);
+        Ok(format!(
+            "<punctual3d.RobotNearPairs: {configurations} configurations, {pairs} pairs>"
         ))
     }
 }

@@ -1,6 +1,6 @@
 //! Meshes with their trees.
 
-use crate::arrays::{column, mesh, table, vectors, vectors_or_one};
+use crate::arrays::{cloud, column, mesh, table, vectors, vectors_or_one};
 use crate::batch::{each, workers};
 use crate::errors::{file_error, not_solid, point_error, value_error};
 use crate::interrupt::in_background;
@@ -210,9 +210,8 @@ impl Tree {
         Self::build(mesh.py(), &vertices, &faces, effort, extremes, solid)
     }
 
-    /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz. Warns (UserWarning) of
-    /// what was
-    /// passed over in it, one line a kind. Raises FileNotFoundError if there is no such file, and OSError if it cannot be
+    /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or of a point cloud: .xyz, .pts, .asc, .txt,
+    /// .csv, .pcd or .npy; or one of these with .gz. Warns (UserWarning) of what was passed over in it, one line a kind. Raises FileNotFoundError if there is no such file, and OSError if it cannot be
     /// read or is damaged, with the place.
     ///
     /// scale: factors of the coordinates along x, y and z, (3,), such as (1, 1, -1) to mirror.
@@ -248,6 +247,46 @@ impl Tree {
             warn(py, notice.in_file(&path))?;
         }
         Ok(tree.into())
+    }
+
+    /// The tree of a point cloud, or of equal balls: points, (N, 3), of which those in f32 are kept to the bit, and their
+    /// radius. It is asked as that of a mesh is; where answers name triangles, they name points. Takes about .1 us
+    /// a point.
+    ///
+    /// Raises ValueError for a point that is not finite, with its row, and for a radius that is negative or not finite.
+    #[classmethod]
+    #[pyo3(signature = (points, radius=0.0))]
+    fn from_points(
+        _: &Bound<'_, PyType>,
+        py: Python<'_>,
+        points: &Bound<'_, PyAny>,
+        radius: f64,
+    ) -> PyResult<Self> {
+        let mesh = cloud(points)?;
+        let tree = built(py, mesh, BuildOptions::default())?;
+        tree.with_radius(radius)
+            .map(Self::from)
+            .map_err(value_error)
+    }
+
+    /// A copy of the tree, thickened by a ball of this radius: all questions are about the points no farther than that from
+    /// its triangles, or points. So a point becomes a ball, a segment a capsule. It is in place of an earlier radius. Raises
+    /// ValueError for one that is negative or not finite.
+    fn with_radius(&self, py: Python<'_>, radius: f64) -> PyResult<Self> {
+        let thick = py.detach(|| punctual::Tree::clone(&self.arc).with_radius(radius));
+        thick.map(Self::from).map_err(value_error)
+    }
+
+    /// By how much the tree is thickened: 0 unless `with_radius` or `from_points` said otherwise.
+    #[getter]
+    fn radius(&self) -> f64 {
+        self.arc.radius()
+    }
+
+    /// Whether it is the tree of a point cloud, without triangles.
+    #[getter]
+    fn is_cloud(&self) -> bool {
+        self.arc.mesh().is_cloud()
     }
 
     /// The tree that `to_bytes` wrote. Raises ValueError if the bytes are not one, or damaged.
@@ -332,7 +371,8 @@ impl Tree {
         table(py, self.arc.mesh().triangles().iter().copied())
     }
 
-    /// Least and greatest corner of the box around all triangles, (2, 3); None without triangles.
+    /// Least and greatest corner of the box around all triangles, or points, (2, 3), without the radius; None if there
+    /// are none.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let mesh = self.arc.mesh();
@@ -504,7 +544,7 @@ impl Tree {
         Ok((found.volume, center, inertia))
     }
 
-    /// Number of triangles.
+    /// Number of triangles; of a cloud, of points.
     fn __len__(&self) -> usize {
         self.arc.mesh().len()
     }
@@ -527,6 +567,16 @@ impl Tree {
     }
 
     fn __repr__(&self) -> String {
-        format!("<punctual3d.Tree of {} triangles>", self.arc.mesh().len())
+        let mesh = self.arc.mesh();
+        let what = if mesh.is_cloud() {
+            "points"
+        } else {
+            "triangles"
+        };
+        let radius = match self.radius() {
+            0.0 => String::new(),
+            radius => format!(", radius {radius}"),
+        };
+        format!("<punctual3d.Tree of {} {what}{radius}>", mesh.len())
     }
 }

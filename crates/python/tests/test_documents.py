@@ -31,7 +31,7 @@ def test_guide(tmp_path, monkeypatch):
     names = {}
     for block in blocks:
         exec(block, names)
-    assert len(blocks) == 5 and (tmp_path / "deadline.png").stat().st_size > 5_000
+    assert len(blocks) == 6 and (tmp_path / "deadline.png").stat().st_size > 5_000
     assert (tmp_path / "stopped.html").stat().st_size > 50_000
     shares = [(part.found / names["whole"].found).mean() for part in names["parts"]]
     assert shares[0] < shares[-1] and shares[-1] > 0.9

@@ -59,7 +59,10 @@ def records():
     robot = slide()
     Q = [[0.0], [4.5], [3.75]]
     yield from [robot.collide(Q), robot.collide(Q, work=0), robot.clearance(Q), robot.edges(Q, Q[::-1])]
-    yield robot.collide_all(Q)
+    yield from [robot.collide_all(Q), robot.near_pairs(Q, 0.6)]
+    plan = punctual3d.Trajectory()
+    plan.push(4.0, [[0.0], [1.0]])
+    yield punctual3d.Horizon(0.1, 1.0).step(robot, plan)
 
 
 def slide():
@@ -95,7 +98,7 @@ def same(x, y):
 
 def test_all_classes_are_here():
     left = {"Answer", "Tree", "Memory", "Query", "DistanceQuery", "MotionQuery", "Scene", "CollisionManager", "Robot"}
-    left |= {"ContactData", "DistanceData"}
+    left |= {"ContactData", "DistanceData", "Horizon", "Trajectory"}
     classes = {name for name in punctual3d.__all__ if isinstance(getattr(punctual3d, name), type)}
     classes = {name for name in classes if not issubclass(getattr(punctual3d, name), (Exception, Warning))}
     assert {type(record).__name__ for record in RECORDS} == classes - left

@@ -281,3 +281,109 @@ def test_the_scope_of_a_clearance(robot):
     for scope in ("world", 999):
         with pytest.raises(ValueError, match=f"scope: '?\"?{scope}"):
             robot.clearance(Q, scope=scope)
+
+
+def test_margins_are_those_of_distances(robot):
+    Q = configurations(300)
+    before = robot.clearance(Q, tolerance=1e-9)
+    for margin in (0.005, 0.02, 0.0):
+        robot.set_margin(0.3)
+        robot.set_margin(margin)
+        verdict, left = robot.collide(Q).verdict, robot.clearance(Q, tolerance=1e-9)
+        # Solids that hold each other have no other distance than 0.
+        apart = before.low > 0
+        assert np.allclose(left.high[apart], before.high[apart] - margin, atol=1e-8)
+        # `high` allows for the prism that stands for a cylinder, labels do not.
+        sure = np.abs(before.low - margin) > 1e-8
+        assert (verdict[sure] == (before.low <= margin)[sure]).all() and sure.sum() > 200
+        assert (verdict == 1).sum() > 30 and (verdict == 0).sum() > 10
+    assert robot.clearance(Q, tolerance=1e-9) == before
+
+
+def test_margins_add_up_but_for_two_names(robot):
+    q = [0, 0, 0, 0]
+    peas = {name: robot.add(name, place(0.4, 0, z), sphere=0.01) for name, z in (("pea", 0.6), ("bean", 1.2))}
+    far = {name: robot.clearance(q, scope=number, tolerance=1e-9).low[0] for name, number in peas.items()}
+
+    def margins():
+        left = {name: robot.clearance(q, scope=number, tolerance=1e-9).low[0] for name, number in peas.items()}
+        return [round(far[name] - left[name], 6) for name in peas]
+
+    pea = robot.clearance(q, scope=peas["pea"])
+    (link,) = {robot.shape_name(n) for n in pea.pairs[0]} - {"pea"}
+    robot.set_margin(0.01)
+    assert margins() == [0.01, 0.01]
+    robot.set_margin(0.02, name="pea")
+    assert margins() == [0.03, 0.01]
+    robot.set_margin(0.04, name=link, padding=True)
+    assert margins()[0] == 0.07
+    robot.set_margin(0.005, name=link, other="pea")
+    assert margins()[0] == 0.005
+    # Either order names the same pair, and the last margin counts.
+    for margin, names in ((0.4, ("pea", link)), (0, (link, "pea")), (0.5, ("pea", link)), (0.45, (link, "pea"))):
+        robot.set_margin(margin, name=names[0], other=names[1])
+        copy = pickle.loads(pickle.dumps(robot))
+        assert copy.clearance(q, scope=peas["pea"]) == robot.clearance(q, scope=peas["pea"])
+        assert (robot.clearance(q, scope=peas["pea"]).low[0] < 0) == (margin > far["pea"])
+
+
+def test_edges_keep_margins(robot):
+    Q0, Q1 = configurations(60), configurations(60, 2)
+    Q1 = Q0 + 0.3 * (Q1 - Q0)
+    before = robot.edges(Q0, Q1).verdict
+    robot.set_margin(0.03)
+    edges = robot.edges(Q0, Q1)
+    assert ((before == 1) <= (edges.verdict == 1)).all() and (edges.verdict != before).any()
+    for t in np.linspace(0, 1, 51):
+        near = robot.clearance(Q0 + t * (Q1 - Q0)).low
+        assert (near[edges.verdict == 0] > -1e-6).all()
+
+
+def test_margins_are_pickled(robot):
+    Q = configurations(100)
+    robot.set_margin(0.02)
+    robot.set_margin(0.05, name="palm", padding=True)
+    gone = robot.add("gone", place(9, 0, 0), sphere=0.1)
+    robot.set_margin(0.1, name="gone")
+    robot.set_margin(0.3, name="gone", other="palm")
+    robot.remove(gone)
+    other = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(robot))))
+    assert other.clearance(Q) == robot.clearance(Q) and other.collide(Q) == robot.collide(Q)
+    with pytest.raises(ValueError, match="name: there is no link or obstacle gone"):
+        other.set_margin(0.1, name="gone")
+    # Margins wait for their names.
+    for r in (robot, other):
+        r.add("gone", place(0.2, 0, 1.55), sphere=0.05)
+    assert other.clearance(Q).low.tolist() == robot.clearance(Q).low.tolist()
+    other.set_margin(0, name="gone")
+    other.set_margin(0, name="gone", other="palm")
+    assert other.clearance(Q).low.tolist() != robot.clearance(Q).low.tolist()
+
+
+@pytest.mark.parametrize(
+    "margin, names, says",
+    [
+        (-0.1, {}, "margin: -0.1 m"),
+        (np.nan, {}, "margin: NaN"),
+        (np.inf, {"name": "palm"}, "margin: inf"),
+        (2e30, {"name": "palm", "other": "board"}, "margin: "),
+        (0.1, {"name": "nose"}, "name: there is no link or obstacle nose"),
+        (0.1, {"name": "palm", "other": "nose"}, "other: there is no link or obstacle nose"),
+        (0.1, {"other": "palm"}, "other: expected name too"),
+        (0.1, {"padding": True}, "padding: expected name too"),
+        (0.1, {"name": "palm", "other": "board", "padding": True}, "padding: not of two names"),
+    ],
+)
+def test_margins_that_are_refused(robot, margin, names, says):
+    Q = configurations(20)
+    before = robot.clearance(Q)
+    with pytest.raises(ValueError, match=says):
+        robot.set_margin(margin, **names)
+    assert robot.clearance(Q) == before == pickle.loads(pickle.dumps(robot)).clearance(Q)
+
+
+def test_a_margin_ends_what_was_stopped(robot):
+    robot.horizon([0] * 4, [0.1] * 4, 0.5, work=0)
+    robot.set_margin(0.01)
+    with pytest.raises(ValueError):
+        robot.resume()

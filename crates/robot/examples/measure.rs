@@ -1,4 +1,4 @@
-//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon|cycles
+//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon|balls|cycles
 //! [REPETITIONS]]`, with the files of one robot: `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`,
 //! `labels.csv`, `clearance.csv`, `edges.csv`.
 
@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use cpu_time::ThreadTime;
 use punctual::glam::DMat3;
 use punctual::{Budget, Pose, Query, Workspace};
+use punctual_geom::random::Random;
 use punctual_robot::{
     Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Horizon, Margin, Model,
     NearPairs, Shape, Track, Trajectory, UrdfOptions, braking_time, safe_speed,
@@ -150,9 +151,46 @@ fn main() -> Result<(), Box<dyn Error>> {
     if asks("pairs") {
         near_pairs(&mut checker, &obstacles, &configs[..500])?;
     }
+    if asks("balls") {
+        balls(&checker, &configs[..2000])?;
+    }
     if asks("cycles") {
         cycles(&checker, &configs[..2000])?;
     }
+    Ok(())
+}
+
+/// 800 balls of 20 mm about the robot, added one by one, then labels among them.
+fn balls(checker: &Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Error>> {
+    let (mut add, mut labels, mut first) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+    let (ball, unlimited) = (Shape::sphere(0.02)?, Budget::unlimited());
+    let mut free = 0;
+    for _ in 0..7 {
+        let (mut checker, mut rng) = (checker.clone(), Random::new(5));
+        let _ = checker.collide(&configs[0], unlimited)?;
+        let start = ThreadTime::now();
+        for i in 0..800 {
+            let at = [(); 3].map(|()| rng.between(-1.5, 1.5));
+            checker.add(
+                &format!("ball {i}"),
+                Pose::new(DMat3::IDENTITY, at)?,
+                ball.clone(),
+            )?;
+        }
+        add = add.min(start.elapsed().as_secs_f64() * 1e3);
+        let _ = checker.collide(&configs[0], unlimited)?;
+        first = first.min(start.elapsed().as_secs_f64() * 1e3);
+        for _ in 0..3 {
+            let start = ThreadTime::now();
+            free = 0;
+            for q in configs {
+                free += u32::from(checker.collide(q, unlimited)?.value == Collision::Free);
+            }
+            labels = labels.min(start.elapsed().as_secs_f64() * 1e6 / configs.len() as f64);
+        }
+    }
+    println!("800 balls: added {add:.2} ms, with a label {first:.2} ms; a label {labels:.2} us");
+    println!("free {free} of {}", configs.len());
     Ok(())
 }
 

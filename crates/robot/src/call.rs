@@ -8,7 +8,7 @@ use punctual::{Budget, PairMemory, Query, StopReason, Verdict, Workspace};
 use crate::checker::Outcome;
 use crate::clearance::Bounds;
 use crate::edge::Run;
-use crate::order::{BOX_WORK, Fact};
+use crate::order::{BOX_WORK, Fact, Sorted};
 use crate::placement::Placement;
 use crate::shape::{Inner, holds_part};
 use crate::transform::{Transform, to_pose};
@@ -34,6 +34,10 @@ pub(crate) struct Room {
     /// one.
     memory: Vec<(u64, PairMemory)>,
     stamp: u64,
+    /// One bit for each pair that the spheres of the current configuration do not prove apart, in
+    /// the order in which pairs are tested.
+    near: Vec<u64>,
+    is_listed: bool,
     /// True if the workspace holds a stopped query that is to be resumed.
     is_stopped: bool,
 }
@@ -50,6 +54,7 @@ impl Room {
     /// Begins a call: nothing is remembered, and nothing can be resumed.
     pub fn begin(&mut self) {
         self.stamp += 1;
+        self.is_listed = false;
         self.is_stopped = false;
         self.run.is_stopped = false;
     }
@@ -57,7 +62,7 @@ impl Room {
 
 pub(crate) struct Call<'c, 'k> {
     pub world: &'c World,
-    pub order: &'c [u32],
+    pub order: &'c Sorted,
     pub facts: &'c mut [Fact],
     pub room: &'c mut Room,
     pub deadline: Deadline<'k>,
@@ -92,6 +97,7 @@ impl<'c> Call<'c, '_> {
         let bodies = self.world.model.bodies.len() as u64 * WORK_PER_BODY;
         self.pay(bodies + (self.world.pairs.len() / PAIRS_PER_WORK) as u64)?;
         self.room.placement.put(self.world, configuration, time);
+        self.room.is_listed = false;
         Ok(())
     }
 
@@ -120,9 +126,17 @@ impl<'c> Call<'c, '_> {
     /// Tests the pairs from `cursor` on until one meets. After an error the cursor is at the pair
     /// whose query was stopped.
     pub fn find(&mut self, cursor: &mut usize) -> Result<Option<u32>, StopReason> {
-        while let Some(&pair) = self.order.get(*cursor) {
-            let slot = self.world.pairs[pair as usize].slot;
-            if self.room.placement.is_near(slot) && self.counts(pair) {
+        let room = &mut *self.room;
+        if !room.is_listed {
+            room.near.clear();
+            room.near.resize(self.order.pairs.len().div_ceil(64), 0);
+            room.placement.list(&self.order.ranks, &mut room.near);
+            room.is_listed = true;
+        }
+        while let Some(rank) = next_bit(&self.room.near, *cursor) {
+            *cursor = rank;
+            let pair = self.order.pairs[rank];
+            if self.counts(pair) {
                 let before = self.deadline.done();
                 let met = self.meets(pair, false)?;
                 self.facts[pair as usize].add(&Fact {
@@ -235,4 +249,15 @@ impl<'c> Call<'c, '_> {
         let end = (!room.is_stopped).then_some(());
         (answer.value, end.ok_or(answer.stop))
     }
+}
+
+/// The first bit that is set, from one on.
+fn next_bit(words: &[u64], from: usize) -> Option<usize> {
+    let first = words.get(from / 64)? >> (from % 64);
+    if first != 0 {
+        return Some(from + first.trailing_zeros() as usize);
+    }
+    let next = from / 64 + 1;
+    let at = words[next..].iter().position(|&word| word != 0)? + next;
+    Some(at * 64 + words[at].trailing_zeros() as usize)
 }

@@ -293,7 +293,7 @@ impl Checker {
         budget: ClockedBudget<'c>,
     ) -> Result<Call<'c, 'c>, RobotError> {
         self.world.model.check(configuration)?;
-        self.order.count(1);
+        self.order.count(1, &self.world);
         self.room.sync(&self.world);
         Ok(self.call(budget))
     }
@@ -302,7 +302,7 @@ impl Checker {
     pub(crate) fn call<'c>(&'c mut self, budget: ClockedBudget<'c>) -> Call<'c, 'c> {
         Call {
             world: &self.world,
-            order: &self.order.pairs,
+            order: &self.order.sorted,
             facts: &mut self.order.facts,
             room: &mut self.room,
             deadline: Deadline::of(budget),

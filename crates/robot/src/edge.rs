@@ -238,7 +238,7 @@ impl Run {
             self.cursor = None;
             self.probes += 1;
             if self.probes == self.probe_count() {
-                let order = call.order.iter().copied();
+                let order = call.order.pairs.iter().copied();
                 self.pairs.extend(order.filter(|&pair| call.counts(pair)));
                 let (first, share) = self.from;
                 let whole = |line| Interval {
@@ -486,7 +486,7 @@ impl Checker {
     ) -> Result<Outcome<Edge>, RobotError> {
         options.check()?;
         self.world.model.check_motion(motion)?;
-        self.order.count(1);
+        self.order.count(1, &self.world);
         self.room.sync(&self.world);
         let call = self.call(budget.into());
         call.room.run.lines.copy(motion);

@@ -80,7 +80,7 @@ pub use horizon::{Ahead, Horizon, braking_time, safe_speed};
 pub use margin::Margin;
 pub use model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model};
 pub use pairs::{NearPair, NearPairs};
-pub use shape::{CYLINDER_SIDES, Shape};
+pub use shape::Shape;
 pub use track::Track;
 pub use trajectory::Trajectory;
 #[cfg(feature = "urdf")]

@@ -26,8 +26,9 @@ pub(crate) struct Placement {
     near: Near,
     /// The time for which obstacles that move by themselves are placed.
     time: f64,
-    /// Size of what stands still.
+    /// Sizes of what stands still, and of all.
     still_size: f64,
+    size: f64,
     /// Absolute slack of the filters, in metres.
     pub slack: f64,
     /// For each shape, bounds of how far its points move, by the first joint of its chain that
@@ -114,8 +115,8 @@ impl Placement {
             Transform::IDENTITY,
         );
         self.measure_still();
-        self.near
-            .sync(world, |shape| self.shapes[shape as usize].still);
+        let still = |shape: u32| self.shapes[shape as usize].still;
+        self.near.sync(world, still);
     }
 
     /// Takes over a shape that was moved, or added behind the others: the only change since the
@@ -136,7 +137,8 @@ impl Placement {
                 self.ways.push(0.0);
             }
         }
-        self.near.update(world, at as u32, self.shapes[at].still);
+        let still = |shape: u32| self.shapes[shape as usize].still;
+        self.near.update(world, at as u32, still);
     }
 
     fn measure_still(&mut self) {
@@ -171,7 +173,7 @@ impl Placement {
             self.near.put(column, [c.x, c.y, c.z, radius]);
         }
         self.slack = SLACK * size;
-        self.near.test(size);
+        self.size = size;
         self.placed += 1;
     }
 
@@ -187,11 +189,10 @@ impl Placement {
         shape.place
     }
 
-    /// False proves that the shapes are farther apart than their margin: by a sphere around each,
-    /// or the box of a shape that stands still.
-    #[inline]
-    pub fn is_near(&self, slot: u32) -> bool {
-        self.near.is(slot)
+    /// Lists the pairs that are not proven apart by a sphere around each shape, or the box of one
+    /// that stands still, as [`Near::list`].
+    pub fn list(&mut self, ranks: &[u32], found: &mut [u64]) {
+        self.near.list(self.size, ranks, found);
     }
 
     /// A lower bound of what is left of the distance above the margin, by spheres, or the box of a

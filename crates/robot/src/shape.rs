@@ -1,19 +1,17 @@
 //! Shapes: a tree with what the filters need to know of it.
 
-use std::f64::consts::PI;
+use std::fmt;
 use std::sync::Arc;
 
 use punctual::engine::{find, inside, unite};
 use punctual::glam::{DMat3, DVec3};
+use punctual::tree::ShapeError;
 use punctual::{BuildOptions, Mesh, Tree, tree};
 
 use crate::RobotError;
 use crate::error::refuse;
 use crate::model::LARGEST;
 use crate::transform::{Transform, orthonormal};
-
-/// Sides of the prism that stands for a cylinder.
-pub const CYLINDER_SIDES: u32 = 128;
 
 /// Relative slack of stored radii and half extents, for the rounding of their computation.
 const SLACK: f64 = 1e-12;
@@ -26,8 +24,8 @@ const SLACK: f64 = 1e-12;
 /// - **Boxes** are exact: 12 triangles.
 /// - **Spheres** are a point with a margin, exact up to 4e-14 times the size of the pair; what is
 ///   closer to touching than that counts as touching.
-/// - **Cylinders** are prisms of [`CYLINDER_SIDES`] sides around the true cylinder, so free is
-///   proven for the true cylinder too. No point of the prism is farther from the cylinder than
+/// - **Cylinders** are prisms around the true cylinder ([`Tree::cylinder`]), so free is proven for
+///   the true cylinder too. No point of the prism is farther from the cylinder than
 ///   [`Shape::band`], 3.02e-4 times the radius: a contact may be that much early, and the upper
 ///   bound of a clearance allows for it.
 #[derive(Clone, Debug)]
@@ -72,61 +70,38 @@ impl Shape {
     /// A solid box around the origin with these lengths along x, y and z.
     ///
     /// # Errors
-    /// If a length is not above 0, or beyond 1e30.
+    /// If a length is out of range ([`Tree::cuboid`]) or beyond 1e30.
     pub fn cuboid(size: [f64; 3]) -> Result<Self, RobotError> {
-        let half = DVec3::from_array(positive("box size", size)?) / 2.0;
-        let corner = |i: u32| {
-            let side = |axis: u32| if i >> axis & 1 > 0 { 1.0 } else { -1.0 };
-            (half * DVec3::new(side(0), side(1), side(2))).to_array()
-        };
-        let quads = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
-        let triangles = quads.into_iter().flat_map(halves);
-        let tree = checked("box", (0..8).map(corner).collect(), triangles.collect())?;
-        Ok(Self::new(tree, true, 0.0))
+        Self::made("box", Tree::cuboid(size), 0.0)
     }
 
     /// A solid sphere around the origin.
     ///
     /// # Errors
-    /// If the radius is not above 0, or beyond 1e30.
+    /// If the radius is out of range ([`Tree::ball`]) or beyond 1e30.
     pub fn sphere(radius: f64) -> Result<Self, RobotError> {
-        let [radius] = positive("sphere radius", [radius])?;
-        let tree = checked("sphere", vec![[0.0; 3]], vec![[0; 3]])?.with_radius(radius);
-        let tree = tree.map_err(|error| RobotError::Model(format!("sphere: {error}")))?;
-        Ok(Self::new(tree, true, 0.0))
+        Self::made("sphere", Tree::ball(radius), 0.0)
     }
 
     /// A solid cylinder along z, its middle in the origin: a prism around it.
     ///
     /// # Errors
-    /// If radius or length is not above 0, or beyond 1e30.
+    /// If radius or length is out of range ([`Tree::cylinder`]) or beyond 1e30.
     pub fn cylinder(radius: f64, length: f64) -> Result<Self, RobotError> {
-        let [radius, length] = positive("cylinder radius and length", [radius, length])?;
-        let n = CYLINDER_SIDES;
-        let outer = radius / (PI / f64::from(n)).cos() * (1.0 + SLACK);
-        let corner = |i: u32| {
-            let (s, c) = (2.0 * PI * f64::from(i / 2) / f64::from(n)).sin_cos();
-            let side = if i & 1 > 0 { 0.5 } else { -0.5 };
-            [outer * c, outer * s, side * length]
-        };
-        let mut vertices: Vec<_> = (0..2 * n).map(corner).collect();
-        vertices.extend([[0.0, 0.0, -length / 2.0], [0.0, 0.0, length / 2.0]]);
-        let side = |i: u32| {
-            let (a, b, ends) = (2 * i, 2 * ((i + 1) % n), [2 * n, 2 * n + 1]);
-            let wall = [[a, b, a + 1], [b, b + 1, a + 1]];
-            [wall[0], wall[1], [ends[0], b, a], [ends[1], a + 1, b + 1]]
-        };
-        let tree = checked("cylinder", vertices, (0..n).flat_map(side).collect())?;
-        let band = outer - radius + SLACK * radius;
-        Ok(Self::new(tree, true, band))
+        let tree = Tree::cylinder(radius, length);
+        Self::made("cylinder", tree, tree::ROUND_BAND * radius)
+    }
+
+    fn made(what: &str, tree: Result<Tree, ShapeError>, band: f64) -> Result<Self, RobotError> {
+        let fault = |error: &dyn fmt::Display| RobotError::Model(format!("{what}: {error}"));
+        let tree = tree.map_err(|error| fault(&error))?;
+        // A surface: parts inside are found by their samples before any query.
+        let surface = Tree::new(tree.mesh().clone()).with_radius(tree.radius());
+        let shape = Self::new(surface.map_err(|error| fault(&error))?, true, band);
+        if shape.0.radius > LARGEST {
+            return refuse(format!("{what}: larger than {LARGEST:e}"));
+        }
+        Ok(shape)
     }
 
     /// True if a body inside meets it.
@@ -239,23 +214,4 @@ fn samples(mesh: &Mesh) -> Vec<DVec3> {
     }
     in_use.retain(|&i| find(&mut parents, i) == i);
     in_use.iter().map(|&i| mesh.vertex(i as usize)).collect()
-}
-
-fn positive<const N: usize>(what: &str, values: [f64; N]) -> Result<[f64; N], RobotError> {
-    let is_fine = |x: &f64| *x > 0.0 && *x <= LARGEST;
-    if values.iter().all(is_fine) {
-        return Ok(values);
-    }
-    let limits = format!("must be above 0 and at most {LARGEST:e}");
-    refuse(format!("{what} {values:?}, {limits}"))
-}
-
-fn checked(
-    what: &str,
-    vertices: Vec<[f64; 3]>,
-    triangles: Vec<[u32; 3]>,
-) -> Result<Tree, RobotError> {
-    let mesh = Mesh::from_f64(vertices, triangles)
-        .map_err(|error| RobotError::Model(format!("{what}: {error}")))?;
-    Ok(Tree::new(mesh))
 }

@@ -2,9 +2,9 @@
 
 mod cell;
 
-use cell::{UNLIMITED, cell, configurations, surfaces};
-use punctual::{Budget, StopReason};
-use punctual_robot::{Checker, ClearanceOptions, Margin, NearPairs, Scope, ShapeId};
+use cell::{UNLIMITED, arm, at, cell, configurations, random, surfaces};
+use punctual::{Budget, Pose, StopReason};
+use punctual_robot::{Checker, ClearanceOptions, Margin, NearPairs, Scope, Shape, ShapeId};
 
 const WITHIN: f64 = 0.15;
 
@@ -129,4 +129,50 @@ fn scopes_and_batches_have_the_same_pairs() {
     }
     let nothing = checker.near_pairs(&rows[0], f64::NAN, &options, UNLIMITED, &mut alone);
     assert_eq!(nothing.unwrap().value, 0.0);
+}
+
+#[test]
+fn no_pair_is_lost_among_hundreds_of_obstacles_that_come_move_and_go() {
+    let mut none = Checker::new(arm());
+    none.set_margin(Margin::Of("fore"), 0.02).unwrap();
+    let (mut checker, mut random) = (none.clone(), random(31));
+    let (mut pairs, mut own, mut met) = (Vec::new(), Vec::new(), 0);
+    let mut added: Vec<(ShapeId, Pose, Shape)> = Vec::new();
+    for q in configurations(150, 17) {
+        for _ in 0..12 {
+            let pose = at(1.2 * random() - 0.6, 1.2 * random() - 0.6, 1.3 * random());
+            let chosen = (random() * added.len() as f64) as usize;
+            match (random() * 4.0) as usize {
+                0 if added.len() > 40 => checker.remove(added.swap_remove(chosen).0).unwrap(),
+                1 if !added.is_empty() => {
+                    checker.move_to(added[chosen].0, pose).unwrap();
+                    added[chosen].1 = pose;
+                }
+                _ => {
+                    // From millimetres to a metre.
+                    let size = 0.003 * 10f64.powf(2.0 * random());
+                    let shape = Shape::cuboid([size, 2.0 * size, 0.5 * size]).unwrap();
+                    added.push((
+                        checker.add("box", pose, shape.clone()).unwrap(),
+                        pose,
+                        shape,
+                    ));
+                }
+            }
+        }
+        let _ = checker.collide_all(&q, UNLIMITED, &mut pairs).unwrap();
+        let mut expected = Vec::new();
+        let _ = none.collide_all(&q, UNLIMITED, &mut expected).unwrap();
+        for (id, pose, shape) in &added {
+            let mut alone = none.clone();
+            let box_alone = alone.add("box", *pose, shape.clone()).unwrap();
+            let _ = alone.collide_all(&q, UNLIMITED, &mut own).unwrap();
+            own.retain(|pair| pair[1] == box_alone);
+            expected.extend(own.iter().map(|pair| [pair[0], *id]));
+        }
+        expected.sort_unstable();
+        assert_eq!(pairs, expected);
+        met += pairs.len();
+    }
+    assert!(added.len() > 150 && met > 500, "{} {met}", added.len());
 }

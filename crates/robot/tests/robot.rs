@@ -952,7 +952,7 @@ fn what_is_wrong_is_named() {
         ),
         (
             link("<sphere radius=\"-1\"/>"),
-            ["link hand", "radius", "above 0"],
+            ["link hand", "sphere", "radius is -1"],
         ),
         (link(""), ["link hand", "without geometry", "robot.urdf:1"]),
         (

@@ -10,6 +10,7 @@ False
 
 from . import _records, shapes
 from ._punctual3d import (
+    Ahead,
     Answer,
     BodyContacts,
     BodyHits,
@@ -31,6 +32,7 @@ from ._punctual3d import (
     Memory,
     MotionQuery,
     GroupDistances,
+    Horizon,
     Overlaps,
     PairDistances,
     PairPassages,
@@ -48,9 +50,11 @@ from ._punctual3d import (
     RobotCollisions,
     RobotEdges,
     RobotMeetings,
+    RobotNearPairs,
     Scene,
     SceneHits,
     ShapeCast,
+    Trajectory,
     Tree,
     UndecidedError,
     View,
@@ -71,6 +75,7 @@ from ._punctual3d import (
 )
 
 __all__ = [
+    "Ahead",
     "Answer",
     "BodyContacts",
     "BodyHits",
@@ -92,6 +97,7 @@ __all__ = [
     "Memory",
     "MotionQuery",
     "GroupDistances",
+    "Horizon",
     "Overlaps",
     "PairDistances",
     "PairPassages",
@@ -109,9 +115,11 @@ __all__ = [
     "RobotCollisions",
     "RobotEdges",
     "RobotMeetings",
+    "RobotNearPairs",
     "Scene",
     "SceneHits",
     "ShapeCast",
+    "Trajectory",
     "Tree",
     "UndecidedError",
     "View",

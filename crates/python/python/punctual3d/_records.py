@@ -10,6 +10,7 @@ from typing import Any
 from . import _punctual3d
 
 _NAMES = [
+    "Ahead",
     "BodyContacts",
     "BodyHits",
     "Certificate",
@@ -38,6 +39,7 @@ _NAMES = [
     "RobotCollisions",
     "RobotEdges",
     "RobotMeetings",
+    "RobotNearPairs",
     "SceneHits",
     "ShapeCast",
     "View",

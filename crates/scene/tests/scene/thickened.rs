@@ -1,7 +1,7 @@
 //! Bodies whose trees have a radius, in a scene: as pairs and as rays see them.
 
 use super::*;
-use punctual::{Mesh, Ray};
+use punctual::Ray;
 use punctual_scene::SceneRay;
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -10,29 +10,34 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
 
 #[test]
 fn balls_capsules_and_rounded_boxes_meet_a_field_by_their_radii() {
-    let segment = |half: f64, radius: f64| {
-        let ends = [[0.0, 0.0, -half], [0.0, 0.0, half]];
-        let core = Mesh::from_f64(ends.to_vec(), vec![[0, 1, 1]]).unwrap();
-        Arc::new(Tree::new(core).with_radius(radius).unwrap())
-    };
-    let core = Tree::new(shapes::cuboid([0.25; 3], 1));
-    let rounded = Arc::new(core.with_radius(0.25).unwrap());
-    let field = Arc::new(Tree::new(shapes::cuboid([20.0, 20.0, 0.5], 16)));
+    // A plane above y = -10, hills beyond it.
+    let heights = (0..41 * 41).map(|i| {
+        if i < 20 * 41 {
+            (0.7 * f64::from(i)).sin()
+        } else {
+            0.0
+        }
+    });
+    let field = Arc::new(Tree::height_field(heights, 41, [1.0; 2]).unwrap());
     let mut scene = Scene::new();
     let ground = scene
-        .insert(Body::fixed(field, at(0.0, 0.0, -0.5)))
+        .insert(Body::fixed(field, at(-10.0, -30.0, 0.0)))
         .unwrap();
     let kinds = [
-        (segment(0.0, 0.5), 0.5),
-        (segment(0.5, 0.25), 0.75),
-        (rounded, 0.5),
+        (Tree::ball(0.5), 0.5),
+        (Tree::capsule(0.25, 1.0), 0.75),
+        (Tree::rounded_cuboid([1.0; 3], 0.25), 0.5),
+        (Tree::cuboid([1.0; 3]), 0.5),
+        (Tree::cylinder(0.25, 1.0), 0.5),
+        (Tree::cone(0.25, 1.0), 0.5),
     ];
     let mut bodies = Vec::new();
-    for (i, (tree, reach)) in kinds.iter().enumerate() {
+    for (i, (tree, reach)) in kinds.into_iter().enumerate() {
+        let tree = Arc::new(tree.unwrap());
         for (k, height) in [0.999, 1.001].into_iter().enumerate() {
             let pose = at(3.0 * i as f64, 5.0 * k as f64, height * reach);
-            let body = scene.insert(Body::moving(Arc::clone(tree), pose)).unwrap();
-            bodies.push((body, height < 1.0, pose.translation(), *reach));
+            let body = scene.insert(Body::moving(Arc::clone(&tree), pose)).unwrap();
+            bodies.push((body, height < 1.0, pose.translation(), reach));
         }
     }
     for _ in 0..3 {
