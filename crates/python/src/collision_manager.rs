@@ -9,6 +9,7 @@ use crate::query::with_workspace;
 use crate::scene::scene_error;
 use crate::tree::{Surface, Tree};
 use numpy::PyArray1;
+use punctual::contacts::Contact;
 use punctual::glam::DVec3;
 use punctual::{Budget, Clock, Mode, Pose, Query};
 use punctual_depenetrate::PenetrationQuery;
@@ -253,18 +254,24 @@ impl Pair {
             };
             return deepest.into_iter().map(place).collect();
         }
-        let Self([a, b]) = self;
-        let query = Query::contacts(&a.tree, &b.tree, self.b_in_a());
-        let (_, _, found) = with_workspace(|workspace| {
-            contacts::spend(&query, workspace, (Limit::None, clock), usize::MAX)
-        });
-        let place = |contact: &punctual::contacts::Contact| Place {
+        let a = &self.0[0];
+        let place = |contact: &Contact| Place {
             point: a.pose.transform_point(contact.points[0]),
             normal: *a.pose.rotation() * contact.normal,
             triangles: contact.triangles,
             depth: None,
         };
-        found.iter().map(place).collect()
+        self.contacts(clock).iter().map(place).collect()
+    }
+
+    /// The pairs of triangles that meet.
+    fn contacts(&self, clock: &dyn Clock) -> Vec<Contact> {
+        let Self([a, b]) = self;
+        let query = Query::contacts(&a.tree, &b.tree, self.b_in_a());
+        let (_, _, found) = with_workspace(|workspace| {
+            contacts::spend(&query, workspace, (Limit::None, clock), usize::MAX)
+        });
+        found
     }
 
     /// Where two that meet are closest or, if they are solids, deepest. None unless their distance is below a limit.
@@ -313,16 +320,25 @@ impl Pair {
         let way = -found.direction.unwrap_or_default();
         let (mut depth, mut normal) = (found.high, way);
         // The way found is never shorter than the least, which is along the normal of a face if one is that near: exactly
-        // so, if the solids are convex.
-        for (triangles, sign) in corners.iter().zip([-1.0, 1.0]) {
-            for [p, q, r] in triangles {
-                let candidate = sign * (q - p).cross(r - p).normalize_or_zero();
-                if candidate.dot(way) > 1.0 - 1e-5 {
-                    let width = reach(&corners[0], -candidate) + reach(&corners[1], candidate);
-                    if width <= depth {
-                        (depth, normal) = (width, candidate);
-                    }
-                }
+        // so, if the solids are convex; of those with radii, along the line between the cores if these are apart.
+        let normal_of = |sign: f64| {
+            move |&[p, q, r]: &[DVec3; 3]| sign * (q - p).cross(r - p).normalize_or_zero()
+        };
+        let faces = corners.iter().zip([-1.0, 1.0]);
+        let faces = faces.flat_map(|(triangles, sign)| triangles.iter().map(normal_of(sign)));
+        let faces = faces.filter(|normal| normal.dot(way) > 1.0 - 1e-5);
+        let radii = [&a.tree, &b.tree].map(|tree| tree.radius());
+        let between = (radii != [0.0; 2]).then(|| self.contacts(clock));
+        let between = between.into_iter().flatten();
+        let between = between.min_by(|a, b| a.distance.total_cmp(&b.distance));
+        let mut deepest = None;
+        let faces = faces.map(|normal| (normal, None));
+        let between = between.map(|contact| (contact.normal, Some(contact)));
+        for (candidate, place) in faces.chain(between) {
+            let cores = reach(&corners[0], -candidate) + reach(&corners[1], candidate);
+            let width = cores + radii[0] + radii[1];
+            if width <= depth {
+                (depth, normal, deepest) = (width, candidate, place);
             }
         }
         // A deepest corner of the first, and of those of the second the one nearest to it.
@@ -332,10 +348,13 @@ impl Pair {
             true => corner.distance(of_a.1),
             false => f64::INFINITY,
         });
+        let points = [of_a.1 - normal * radii[0], of_b.1 + normal * radii[1]];
+        let found = (points, [of_a.0, of_b.0]);
+        let (points, triangles) = deepest.map_or(found, |place| (place.points, place.triangles));
         let closest = Closest {
             distance: -depth,
-            points: [of_a.1, of_b.1].map(|point| a.pose.transform_point(point)),
-            triangles: [of_a.0, of_b.0],
+            points: points.map(|point| a.pose.transform_point(point)),
+            triangles,
         };
         Some((*a.pose.rotation() * normal, closest))
     }

@@ -3,7 +3,7 @@
 use punctual::distance::{self, Distance};
 use punctual::engine::{Ask, Deadline, Question};
 use punctual::intersection::Intersection;
-use punctual::{Budget, PairMemory, Query, StopReason, Verdict, Workspace};
+use punctual::{Budget, Motion, PairMemory, Query, StopReason, Verdict, Workspace};
 
 use crate::checker::Outcome;
 use crate::clearance::Bounds;
@@ -221,6 +221,28 @@ impl<'c> Call<'c, '_> {
         let limit = self.room.placement.margin(of) + left;
         let (bounds, end) = self.distance(pair, |query| query.closer_than(limit));
         end.map(|()| bounds.closer == Some(false))
+    }
+
+    /// Decides whether a pair stays apart by more than its margin, and this more, while the second
+    /// shape moves from a pose to its present one, seen from the first. Its middle moves along a
+    /// straight line, and it turns at a constant rate. False if that is not proven.
+    pub fn is_free(&mut self, pair: u32, start: &Transform, bend: f64) -> Result<bool, StopReason> {
+        let (of, [a, b], end) = self.pair(pair);
+        let margin = self.room.placement.margin(of);
+        let slack = 4.0 * self.room.placement.slack;
+        let Ok(screw) = Motion::screw(to_pose(start), to_pose(&end)) else {
+            return Ok(false);
+        };
+        let [from, to] = [start, &end].map(|pose| pose.transform_point3(b.centre));
+        // The acceleration of a point that turns, over eight, as for the bend.
+        let bend = bend + screw.turn().length_squared() * b.radius / 8.0 + slack;
+        let Ok(motion) = Motion::turning(to_pose(start), to - from, screw.turn(), from) else {
+            return Ok(false);
+        };
+        let query = Query::impact(&a.tree, &b.tree, motion);
+        let query = query.margins([margin + bend, 0.0]).time_tolerance(1.0);
+        let (found, end) = self.run(&query, None);
+        end.map(|()| found.lower == 1.0 && found.upper.is_none())
     }
 
     /// Runs a query of surfaces, or resumes it if it was stopped. Its plan does not depend on the
