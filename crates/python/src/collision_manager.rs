@@ -48,8 +48,8 @@ impl ContactData {
         PySet::new(py, &self.names)
     }
 
-    /// (3,): the middle of the segment in which the triangles meet; of solids, the middle between a vertex of each that
-    /// lies deepest in the other.
+    /// (3,): the middle of the segment in which the triangles meet; of solids, the middle between the points
+    /// of both that touch last when they are parted.
     #[getter]
     fn point<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         column(py, self.place.point.to_array().to_vec())
@@ -331,30 +331,28 @@ impl Pair {
         let between = (radii != [0.0; 2]).then(|| self.contacts(clock));
         let between = between.into_iter().flatten();
         let between = between.min_by(|a, b| a.distance.total_cmp(&b.distance));
-        let mut deepest = None;
-        let faces = faces.map(|normal| (normal, None));
-        let between = between.map(|contact| (contact.normal, Some(contact)));
-        for (candidate, place) in faces.chain(between) {
+        for candidate in faces.chain(between.map(|contact| contact.normal)) {
             let cores = reach(&corners[0], -candidate) + reach(&corners[1], candidate);
             let width = cores + radii[0] + radii[1];
             if width <= depth {
-                (depth, normal, deepest) = (width, candidate, place);
+                (depth, normal) = (width, candidate);
             }
         }
-        // A deepest corner of the first, and of those of the second the one nearest to it.
-        let of_a = least(&corners[0], |corner| corner.dot(normal));
-        let top = reach(&corners[1], normal) - 1e-9 * depth;
-        let of_b = least(&corners[1], |corner| match corner.dot(normal) >= top {
-            true => corner.distance(of_a.1),
-            false => f64::INFINITY,
-        });
-        let points = [of_a.1 - normal * radii[0], of_b.1 + normal * radii[1]];
-        let found = (points, [of_a.0, of_b.0]);
-        let (points, triangles) = deepest.map_or(found, |place| (place.points, place.triangles));
+        // Where they touch when they are parted.
+        let push = normal * (depth * (1.0 + 1e-9));
+        let apart = Pose::new(*b_in_a.rotation(), b_in_a.translation() - push).ok()?;
+        let query = Query::distance(&a.tree, &b.tree, apart).relative_tolerance(0.1);
+        let touching = with_workspace(|workspace| {
+            query
+                .run(workspace, Budget::unlimited().clock(clock))
+                .value
+                .nearest
+        })?;
+        let points = [touching.points[0], touching.points[1] + push];
         let closest = Closest {
             distance: -depth,
             points: points.map(|point| a.pose.transform_point(point)),
-            triangles,
+            triangles: touching.triangles,
         };
         Some((*a.pose.rotation() * normal, closest))
     }
@@ -364,13 +362,6 @@ impl Pair {
 fn reach(triangles: &[[DVec3; 3]], direction: DVec3) -> f64 {
     let along = triangles.as_flattened().iter().map(|c| c.dot(direction));
     along.fold(f64::NEG_INFINITY, f64::max)
-}
-
-/// The first corner for which a number is least, and its triangle.
-fn least(triangles: &[[DVec3; 3]], number: impl Fn(DVec3) -> f64) -> (u32, DVec3) {
-    let corners = (0u32..).zip(triangles.as_flattened());
-    let least = corners.min_by(|(_, p), (_, q)| number(**p).total_cmp(&number(**q)));
-    least.map_or_else(Default::default, |(at, &corner)| (at / 3, corner))
 }
 
 /// An object that is asked about.
@@ -845,7 +836,8 @@ impl CollisionManager {
                 };
                 loop {
                     let report = scene.detect(Budget::work(work).clock(clock));
-                    let meets = report.intersecting + report.contained > 0;
+                    // Those with radii are within them.
+                    let meets = report.intersecting + report.contained + report.within > 0;
                     let is_done = report.is_whole() && report.undecided() == 0;
                     if is_done || meets && work < u64::MAX || clock.is_cancelled() {
                         return meets;

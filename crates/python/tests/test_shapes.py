@@ -164,3 +164,16 @@ def test_a_manager_of_shapes_tells_depths():
         away = at(*8 * np.array(place))
         assert manager.min_distance_single(other, away) == punctual3d.distance(Tree.ball(1.0), other, away).high > 1
     assert not manager.in_collision_single(Tree.ball(0.5), at(1.6, 0, 0))
+
+
+def test_a_manager_of_shapes_finds_all_that_meet():
+    manager = punctual3d.CollisionManager()
+    for name, shape, x in [("a", Tree.ball(1), 0), ("b", Tree.ball(1), 1.5), ("c", Tree.capsule(0.5, 1), 9), ("d", Tree.box((2, 2, 2)), 10)]:
+        manager.add_object(name, shape, at(x, 0, 0))
+    assert manager.in_collision_internal(return_names=True) == (True, {("a", "b"), ("c", "d")})
+    manager.set_transform("b", at(3, 0, 0))
+    manager.set_transform("c", at(6, 0, 0))
+    assert not manager.in_collision_internal() and abs(manager.min_distance_internal() - 1) < 1e-6
+    distance, data = manager.min_distance_single(Tree.ball(0.5), at(3, 0, 1.4), return_data=True)
+    assert abs(distance + 0.1) < 1e-6
+    assert np.allclose(data.point("b"), [3, 0, 1], atol=1e-6) and np.allclose(data.point("__external"), [3, 0, 0.9], atol=1e-6)
