@@ -168,31 +168,37 @@ impl<'c> Call<'c, '_> {
         // Boxes that overlap by more than the margin mostly hold surfaces that intersect, which is
         // decided in less time than the distance.
         let mut may_intersect = margin == 0.0;
+        // Many samples cost more than most queries.
+        let are_few = a.samples.are_few() && b.samples.are_few();
         if !self.room.is_stopped {
             self.pay(BOX_WORK)?;
             let gap = self.room.placement.box_gap(of, [a, b], &b_in_a);
             if gap > 0.0 {
                 return Ok(false);
             }
-            if self.holds_part([a, b], &b_in_a) {
+            if are_few && self.holds_part([a, b], &b_in_a) {
                 return Ok(true);
             }
             may_intersect |= gap < -2.0 * margin;
         }
         let memory = with_memory.then_some(pair);
         let pose = to_pose(&b_in_a);
-        if may_intersect && a.tree.radius() + b.tree.radius() == 0.0 {
+        let mut met = false;
+        let intersects = may_intersect && a.tree.radius() + b.tree.radius() == 0.0;
+        if intersects {
             let query = Query::<Intersection>::intersection(&a.tree, &b.tree, pose);
             let (verdict, end) = self.run(&query, memory);
             end?;
-            if margin == 0.0 || verdict != Verdict::Separated {
-                return Ok(verdict != Verdict::Separated);
-            }
+            met = verdict != Verdict::Separated;
         }
-        let query = Query::distance(&a.tree, &b.tree, pose);
-        let (bounds, end) = self.run(&query.closer_than(margin), memory);
-        // If f64 cannot tell a pair from one at the margin, it counts as within it.
-        end.map(|()| bounds.closer != Some(false))
+        if !(met || intersects && margin == 0.0) {
+            let query = Query::distance(&a.tree, &b.tree, pose);
+            let (bounds, end) = self.run(&query.closer_than(margin), memory);
+            end?;
+            // If f64 cannot tell a pair from one at the margin, it counts as within it.
+            met = bounds.closer != Some(false);
+        }
+        Ok(met || !are_few && self.holds_part([a, b], &b_in_a))
     }
 
     /// Bounds of the distance of a pair's surfaces, final unless the call must stop.
@@ -208,10 +214,10 @@ impl<'c> Call<'c, '_> {
 
     /// [`holds_part`], which counts as work.
     pub fn holds_part(&mut self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> bool {
-        let asked = |a: &Inner, b: &Inner| if a.is_solid { b.samples.len() } else { 0 };
-        let samples = asked(a, b) + asked(b, a);
-        self.deadline.spend(samples as u64 * BOX_WORK);
-        samples > 0 && holds_part(a, b, b_in_a)
+        let mut tests = 0;
+        let holds = holds_part(a, b, b_in_a, &mut tests);
+        self.deadline.spend(tests * BOX_WORK);
+        holds
     }
 
     /// Decides whether more than this is left of the distance of a pair's surfaces above their
