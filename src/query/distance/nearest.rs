@@ -12,17 +12,18 @@
 
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
-use super::search::{Bounded, DIVE, root};
+use super::lone::Lone;
+use super::search::{DIVE, Waiting, root};
 use crate::engine::boxes::RelativePose;
-use crate::engine::expand::{Keys, Sink, expand, key_of};
+use crate::engine::expand::{Keys, Sink, expand, key_of, node};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
-use crate::model::cost::WORK_PER_LOOKUP;
-use crate::tree::WIDTH;
+use crate::model::cost::{WORK_PER_LOOKUP, WORK_PER_RAY_NODE};
+use crate::tree::{Tree, WIDTH};
 use glam::DVec3;
 use punctual_geom::bits;
-use punctual_geom::lanes::Lanes;
+use punctual_geom::lanes::{Column, F8, Lanes};
 
 /// The question of the distance of two surfaces.
 pub(crate) struct Nearness {
@@ -37,18 +38,25 @@ pub(crate) struct Nearness {
     guess: f32,
     /// All node pairs go on one stack.
     pub(super) depth_first: bool,
+    /// The body that is one point or segment.
+    pub(super) lone: Option<Lone>,
 }
 
 impl Nearness {
-    pub fn new(relative: &RelativePose, interval: &Interval) -> Self {
+    pub fn new(trees: [&Tree; 2], relative: &RelativePose, interval: &Interval) -> Self {
         // At first the direction between the middles.
-        let direction = Direction::new(relative.middle().normalize_or_zero());
+        let direction = relative.middle().normalize_or_zero();
+        let mut lone = Lone::of(trees, relative);
+        if let Some(lone) = &mut lone {
+            lone.turn(relative, direction);
+        }
         let mut distance = Self {
             cut: 0.0,
             doubt: 0.0,
-            direction,
+            direction: Direction::new(direction),
             guess: f32::INFINITY,
             depth_first: false,
+            lone,
         };
         distance.update(relative, interval);
         distance
@@ -60,6 +68,9 @@ impl Nearness {
         self.doubt = root(self.cut) + relative.least_gap_and_margin();
         if let Some((_, found)) = interval.nearest() {
             self.direction = Direction::new(-found.direction);
+            if let Some(lone) = &mut self.lone {
+                lone.turn(relative, -found.direction);
+            }
         }
     }
 }
@@ -103,8 +114,12 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
             }
             Origin::Stack | Origin::Path => {}
         }
-        let trees = [self.a, self.b];
-        expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, keys, self);
+        if let Some(lone) = self.question.lone {
+            self.open_beside(lanes, pair, &lone, &gaps, keys);
+        } else {
+            let trees = [self.a, self.b];
+            expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, keys, self);
+        }
         let search = &mut self.workspace.state.distance;
         if self.origin != Origin::Dive {
             // Every child that was dropped is at least as far apart as the cut.
@@ -175,16 +190,55 @@ impl<const POINTS: bool> Sink for Traversal<'_, '_, Nearness, POINTS> {
         let search = &mut self.workspace.state.distance;
         search.wait(hits, first, key);
         if search.is_diving {
-            // One pair is enough for a guess, which proves nothing; all pairs are visited again.
-            let likely = search.waiting.iter().min_by(|x, y| x.key.total_cmp(&y.key));
-            let likely = likely.map(|likely| Bounded::unknown(likely.pair));
-            search.proposed.extend(likely);
-            search.waiting.clear();
+            search.guess();
         }
     }
 }
 
 impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
+    /// Replaces a pair with a lone body by its pairs with the other node's children that matter.
+    #[inline(always)]
+    fn open_beside<L: Lanes>(
+        &mut self,
+        lanes: L,
+        pair: Pair,
+        lone: &Lone,
+        gaps: &Gaps,
+        keys: &mut Keys,
+    ) {
+        let (tree, side) = if lone.is_a { (self.b, 1) } else { (self.a, 0) };
+        let mut leaf = None;
+        let (node, _) = node::<POINTS, L>(lanes, tree, pair.nodes[side], &mut leaf);
+        let near = lone.keys(lanes, node, gaps.swell);
+        let near = near.max(F8::splat(lanes, gaps.least));
+        near.put(&mut keys[0]);
+        let hits = near.less(F8::splat(lanes, gaps.cut)).mask() & node.valid();
+        let stats = &mut self.workspace.run.stats;
+        stats.bv_tests += u64::from(node.children);
+        stats.work += WORK_PER_RAY_NODE;
+        let first = node.first_child;
+        if !node.is_leaf {
+            return self.pairs(hits.into(), keys, |i| {
+                let mut child = pair;
+                child.nodes[side] = first + i;
+                child
+            });
+        }
+        let is_contacts = self.workspace.state.contacts.margin().is_some();
+        let search = &mut self.workspace.state.distance;
+        for i in bits(hits) {
+            let mut pair = [0; 2];
+            pair[side] = first + i as u32;
+            let key = keys[0][i % WIDTH];
+            search.waiting.push(Waiting { pair, key });
+        }
+        if search.is_diving {
+            search.guess();
+        } else if lone.is_point && !is_contacts {
+            search.propose_all();
+        }
+    }
+
     /// Keeps a child for later. `deepest` is the key and place on the stack of the deepest of its
     /// siblings.
     #[inline(always)]

@@ -65,7 +65,7 @@ impl Query<'_, Intersection> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
-        let question = Nearness::new(relative, &workspace.state.distance.interval);
+        let question = Nearness::new(trees, relative, &workspace.state.distance.interval);
         let stop = traverse(question, trees, b_in_a, relative, workspace, deadline);
         workspace.bound(f32::INFINITY, relative.unit);
         if self.asked.options.mode == Mode::All || !stop.is_final() {
