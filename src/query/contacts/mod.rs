@@ -201,8 +201,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
         );
         workspace.state.contacts.hurry(deadline.is_timed());
         let stop = if self.reach() > 0.0 {
-            let interval = &workspace.state.distance.interval;
-            let question = Nearness::new(trees, &relative, interval);
+            let question = Nearness::new(&relative, &workspace.state.distance.interval);
             let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
             workspace.bound(f32::INFINITY, relative.unit);
             stop

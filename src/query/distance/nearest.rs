@@ -13,13 +13,13 @@
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
 use super::lone::Lone;
-use super::search::{DIVE, Waiting, root};
+use super::search::{Bounded, DIVE, Search, Waiting, root};
 use crate::engine::boxes::RelativePose;
 use crate::engine::expand::{Keys, Sink, expand, key_of, node};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
-use crate::model::cost::{WORK_PER_LOOKUP, WORK_PER_RAY_NODE};
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_RAY_NODE};
 use crate::tree::{Tree, WIDTH};
 use glam::DVec3;
 use punctual_geom::bits;
@@ -42,24 +42,38 @@ pub(crate) struct Nearness {
     pub(super) lone: Option<Lone>,
 }
 
+/// Maximum number of nodes opened beside a lone body in one step.
+const NODES_PER_STEP: u32 = 6;
+
+const _: () = assert!(NODES_PER_STEP as u64 * WORK_PER_RAY_NODE <= MAX_STEP_WORK);
+
 impl Nearness {
-    pub fn new(trees: [&Tree; 2], relative: &RelativePose, interval: &Interval) -> Self {
+    pub fn new(relative: &RelativePose, interval: &Interval) -> Self {
         // At first the direction between the middles.
-        let direction = relative.middle().normalize_or_zero();
-        let mut lone = Lone::of(trees, relative);
-        if let Some(lone) = &mut lone {
-            lone.turn(relative, direction);
-        }
+        let direction = Direction::new(relative.middle().normalize_or_zero());
         let mut distance = Self {
             cut: 0.0,
             doubt: 0.0,
-            direction: Direction::new(direction),
+            direction,
             guess: f32::INFINITY,
             depth_first: false,
-            lone,
+            lone: None,
         };
         distance.update(relative, interval);
         distance
+    }
+
+    /// Searches beside a lone body, if one of the trees is one.
+    pub fn beside(
+        mut self,
+        trees: [&Tree; 2],
+        relative: &RelativePose,
+        search: &mut Search,
+    ) -> Self {
+        self.lone = Lone::of(trees, relative);
+        search.beside(self.lone.map(|lone| lone.is_a));
+        self.update(relative, &search.interval);
+        self
     }
 
     /// Updates the cut and the direction after a change of the interval.
@@ -84,6 +98,11 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
             self.look_for_plane();
         }
         let search = &mut self.workspace.state.distance;
+        if self.question.lone.is_some() && search.interval.nearest().is_some() {
+            let frontier = &mut self.workspace.frontier;
+            let next = frontier.pop_least(self.question.cut, &mut search.dropped);
+            return Some((next?, Origin::Stack));
+        }
         match search.dive.take() {
             Some(pair) => Some((pair, Origin::Dive)),
             None => self.workspace.frontier.pop(),
@@ -92,6 +111,9 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
+        if self.question.lone.is_some() {
+            return self.open_beside(lanes, pair);
+        }
         let (question, relative) = (&self.question, self.relative);
         let mut gaps = Gaps::new(question.cut, question.doubt, relative, question.direction);
         match self.origin {
@@ -114,12 +136,8 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
             }
             Origin::Stack | Origin::Path => {}
         }
-        if let Some(lone) = self.question.lone {
-            self.open_beside(lanes, pair, &lone, &gaps, keys);
-        } else {
-            let trees = [self.a, self.b];
-            expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, keys, self);
-        }
+        let trees = [self.a, self.b];
+        expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, keys, self);
         let search = &mut self.workspace.state.distance;
         if self.origin != Origin::Dive {
             // Every child that was dropped is at least as far apart as the cut.
@@ -190,53 +208,80 @@ impl<const POINTS: bool> Sink for Traversal<'_, '_, Nearness, POINTS> {
         let search = &mut self.workspace.state.distance;
         search.wait(hits, first, key);
         if search.is_diving {
-            search.guess();
+            // One pair is enough for a guess, which proves nothing; all pairs are visited again.
+            let likely = search.waiting.iter().min_by(|x, y| x.key.total_cmp(&y.key));
+            let likely = likely.map(|likely| Bounded::unknown(likely.pair));
+            search.proposed.extend(likely);
+            search.waiting.clear();
         }
     }
 }
 
 impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
-    /// Replaces a pair with a lone body by its pairs with the other node's children that matter.
+    /// Opens a node of the other tree beside a lone body ([`Pair::keyed`]), then its closest child,
+    /// and so on; the other children go on the stack, the closest on top.
     #[inline(always)]
-    fn open_beside<L: Lanes>(
-        &mut self,
-        lanes: L,
-        pair: Pair,
-        lone: &Lone,
-        gaps: &Gaps,
-        keys: &mut Keys,
-    ) {
-        let (tree, side) = if lone.is_a { (self.b, 1) } else { (self.a, 0) };
-        let mut leaf = None;
-        let (node, _) = node::<POINTS, L>(lanes, tree, pair.nodes[side], &mut leaf);
-        let near = lone.keys(lanes, node, gaps.swell);
-        let near = near.max(F8::splat(lanes, gaps.least));
-        near.put(&mut keys[0]);
-        let hits = near.less(F8::splat(lanes, gaps.cut)).mask() & node.valid();
-        let stats = &mut self.workspace.run.stats;
-        stats.bv_tests += u64::from(node.children);
-        stats.work += WORK_PER_RAY_NODE;
-        let first = node.first_child;
-        if !node.is_leaf {
-            return self.pairs(hits.into(), keys, |i| {
-                let mut child = pair;
-                child.nodes[side] = first + i;
-                child
-            });
+    fn open_beside<L: Lanes>(&mut self, lanes: L, mut pair: Pair) {
+        let Some(lone) = &self.question.lone else {
+            return;
+        };
+        let tree = if lone.is_a { self.b } else { self.a };
+        let cut = self.question.cut;
+        for _ in 0..NODES_PER_STEP {
+            let workspace = &mut *self.workspace;
+            let search = &mut workspace.state.distance;
+            if pair.key() >= cut {
+                workspace.run.stats.work += WORK_PER_LOOKUP;
+                search.dropped = search.dropped.min(pair.key());
+                return;
+            }
+            let mut leaf = None;
+            let (node, _) = node::<POINTS, L>(lanes, tree, pair.nodes[0], &mut leaf);
+            let (near, order) = lone.keys(lanes, node);
+            let near = near.max(F8::splat(lanes, pair.key()));
+            let hits = near.less(F8::splat(lanes, cut)).mask() & node.valid();
+            let (keys, order) = (near.store(), order.store());
+            workspace.run.stats.bv_tests += u64::from(node.children);
+            workspace.run.stats.work += WORK_PER_RAY_NODE;
+            // Every child that was dropped is at least as far apart as the cut.
+            search.interval.pass_rest();
+            if hits == 0 {
+                return;
+            }
+            let first = node.first_child;
+            let likeliest = likeliest(hits, &order);
+            if !node.is_leaf {
+                let child = |i: usize| Pair::keyed(first + i as u32, keys[i % WIDTH]);
+                for i in bits(hits & !(1 << likeliest)) {
+                    workspace.frontier.push(child(i));
+                }
+                pair = child(likeliest);
+                continue;
+            }
+            // The test of a point in `f64` takes no longer than that in `f32`. Without an upper
+            // bound, one pair gives the others a cut.
+            let is_contacts = workspace.state.contacts.margin().is_some();
+            let search = &mut workspace.state.distance;
+            let all = lone.is_point && !is_contacts;
+            let one = all || !is_contacts && search.interval.nearest().is_none();
+            let low = near.max(F8::splat(lanes, 0.0)).sqrt();
+            let low = (low * F8::splat(lanes, 1.0 - f32::EPSILON)).store();
+            let mut wait = |i: usize, is_proposed: bool| {
+                let (other, at) = (first + i as u32, i % WIDTH);
+                let pair = if lone.is_a { [0, other] } else { [other, 0] };
+                if is_proposed {
+                    let low = low[at];
+                    search.proposed.push(Bounded { pair, low });
+                } else {
+                    let key = keys[at];
+                    search.waiting.push(Waiting { pair, key });
+                }
+            };
+            bits(hits & !(1 << likeliest)).for_each(|i| wait(i, all));
+            wait(likeliest, one);
+            return;
         }
-        let is_contacts = self.workspace.state.contacts.margin().is_some();
-        let search = &mut self.workspace.state.distance;
-        for i in bits(hits) {
-            let mut pair = [0; 2];
-            pair[side] = first + i as u32;
-            let key = keys[0][i % WIDTH];
-            search.waiting.push(Waiting { pair, key });
-        }
-        if search.is_diving {
-            search.guess();
-        } else if lone.is_point && !is_contacts {
-            search.propose_all();
-        }
+        self.workspace.frontier.push(pair);
     }
 
     /// Keeps a child for later. `deepest` is the key and place on the stack of the deepest of its
@@ -284,6 +329,19 @@ impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
             self.workspace.state.distance.drop_all();
         }
     }
+}
+
+/// The bit of a mask that is not 0 with the least number.
+#[inline(always)]
+fn likeliest(mut hits: u32, order: &[f32; WIDTH]) -> usize {
+    let mut found = hits.trailing_zeros() as usize % WIDTH;
+    while hits != 0 {
+        let i = hits.trailing_zeros() as usize % WIDTH;
+        hits &= hits - 1;
+        // A select, not a branch, because the comparison is unpredictable.
+        found = if order[i] < order[found] { i } else { found };
+    }
+    found
 }
 
 /// The bit of the least key, as a mask.

@@ -59,6 +59,11 @@ pub(crate) struct Search {
     /// the end of a call.
     pub dropped: f32,
     pub halves: Halves,
+    /// If a body is lone ([`Lone`](super::lone::Lone)): true if it is A. The pairs of the frontier are
+    /// nodes of the other tree, with keys.
+    pub lone: Option<bool>,
+    /// Number of pairs that wait from which on they are tested.
+    pub batch: usize,
     /// The upper bits of a key that map to the first bucket.
     first_bucket: Option<u32>,
 }
@@ -75,6 +80,8 @@ impl Search {
             put_off: Box::default(),
             dropped: f32::INFINITY,
             halves: Halves::NEVER,
+            lone: None,
+            batch: WIDTH,
             first_bucket: None,
         }
     }
@@ -86,6 +93,7 @@ impl Search {
         self.is_used = false;
         (self.interval, self.halves, self.first_bucket) =
             (Interval::nothing(), Halves::NEVER, None);
+        (self.lone, self.batch) = (None, WIDTH);
         self.dropped = f32::INFINITY;
         self.drop_all();
     }
@@ -106,6 +114,24 @@ impl Search {
             // With a limit there is already an upper bound to compare with.
             None if interval.has_limit() => {}
             None => (self.is_diving, self.dive) = (true, Some(Pair::new(0, 0))),
+        }
+    }
+
+    /// Searches beside a lone body, if there is one, or `None`: without a dive, because the first
+    /// nodes opened are those of a dive, and testing what a leaf has at once.
+    pub fn beside(&mut self, lone: Option<bool>) {
+        if lone.is_some() {
+            (self.lone, self.batch) = (lone, 1);
+            (self.is_diving, self.dive) = (false, None);
+        }
+    }
+
+    /// A pair of the frontier as nodes of both trees.
+    pub fn nodes(&self, pair: Pair) -> Pair {
+        match self.lone {
+            Some(true) => Pair::new(0, pair.nodes[0]),
+            Some(false) => Pair::new(pair.nodes[0], 0),
+            None => pair,
         }
     }
 
@@ -135,29 +161,6 @@ impl Search {
                 key: key(bit),
             });
         }
-    }
-
-    /// Proposes the likeliest of the pairs that wait and drops the others: one pair is enough for a
-    /// guess, which proves nothing; all pairs are visited again.
-    #[inline(always)]
-    pub fn guess(&mut self) {
-        let likely = self.waiting.iter().min_by(|x, y| x.key.total_cmp(&y.key));
-        let likely = likely.map(|likely| Bounded::unknown(likely.pair));
-        self.proposed.extend(likely);
-        self.waiting.clear();
-    }
-
-    /// Proposes all pairs that wait, at most eight, the closest box last. Their test in `f64` takes
-    /// no longer than that in `f32`.
-    #[inline(always)]
-    pub fn propose_all(&mut self) {
-        self.waiting
-            .sort_unstable_by(|x, y| y.key.total_cmp(&x.key));
-        self.proposed
-            .extend(self.waiting.drain(..).map(|left| Bounded {
-                pair: left.pair,
-                low: root(left.key),
-            }));
     }
 
     /// Takes up to eight waiting pairs with keys below `cut`. Returns the pairs, their keys and
@@ -190,7 +193,7 @@ impl Search {
     /// True if enough triangle pairs wait for a batch.
     #[inline(always)]
     pub fn is_due(&self) -> bool {
-        !self.proposed.is_empty() || self.waiting.len() >= WIDTH
+        !self.proposed.is_empty() || self.waiting.len() >= self.batch
     }
 
     /// True if no dive and no triangle pair is left.
@@ -210,6 +213,10 @@ impl Search {
     pub fn bound(&mut self, frontier: &Frontier, current: f32, unit: f64) {
         let nodes = match frontier.least_bucket() {
             _ if self.is_diving => 0.0,
+            _ if self.lone.is_some() => {
+                let keys = frontier.stack().map(|pair| pair.key());
+                root(keys.fold(f32::INFINITY, f32::min))
+            }
             None => f32::INFINITY,
             Some(bucket) => root(self.least_key(bucket)),
         };
