@@ -57,6 +57,8 @@ pub(crate) enum Origin {
     Dive,
     Stack,
     Queue,
+    /// The nodes of one tree, beside a body of one point or segment.
+    Beside,
 }
 
 /// Maximum number of paths: one for each bit of a mask.

@@ -71,8 +71,10 @@ impl Nearness {
         search: &mut Search,
     ) -> Self {
         self.lone = Lone::of(trees, relative);
-        search.beside(self.lone.map(|lone| lone.is_a));
-        self.update(relative, &search.interval);
+        if let Some(lone) = &self.lone {
+            search.beside(lone.is_a);
+            self.update(relative, &search.interval);
+        }
         self
     }
 
@@ -98,10 +100,14 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
             self.look_for_plane();
         }
         let search = &mut self.workspace.state.distance;
-        if self.question.lone.is_some() && search.interval.nearest().is_some() {
+        if self.question.lone.is_some() {
             let frontier = &mut self.workspace.frontier;
-            let next = frontier.pop_least(self.question.cut, &mut search.dropped);
-            return Some((next?, Origin::Stack));
+            let next = match search.interval.nearest() {
+                // The first nodes are those above the first upper bound.
+                None => frontier.pop_stack(),
+                Some(_) => frontier.pop_least(self.question.cut, &mut search.dropped),
+            };
+            return Some((next?, Origin::Beside));
         }
         match search.dive.take() {
             Some(pair) => Some((pair, Origin::Dive)),
@@ -111,9 +117,6 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
-        if self.question.lone.is_some() {
-            return self.open_beside(lanes, pair);
-        }
         let (question, relative) = (&self.question, self.relative);
         let mut gaps = Gaps::new(question.cut, question.doubt, relative, question.direction);
         match self.origin {
@@ -134,6 +137,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
                     self.workspace.bound(root(gaps.least), relative.unit);
                 }
             }
+            Origin::Beside => return self.open_beside(lanes, pair),
             Origin::Stack | Origin::Path => {}
         }
         let trees = [self.a, self.b];

@@ -117,13 +117,11 @@ impl Search {
         }
     }
 
-    /// Searches beside a lone body, if there is one, or `None`: without a dive, because the first
-    /// nodes opened are those of a dive, and testing what a leaf has at once.
-    pub fn beside(&mut self, lone: Option<bool>) {
-        if lone.is_some() {
-            (self.lone, self.batch) = (lone, 1);
-            (self.is_diving, self.dive) = (false, None);
-        }
+    /// Searches beside a lone body: without a dive, because the first nodes opened are those of a
+    /// dive, and testing what a leaf has at once.
+    pub fn beside(&mut self, is_a: bool) {
+        (self.lone, self.batch) = (Some(is_a), 1);
+        (self.is_diving, self.dive) = (false, None);
     }
 
     /// A pair of the frontier as nodes of both trees.
