@@ -68,11 +68,13 @@
 //!   with depths for a solver: [`Query::manifolds`]. Time of impact: [`Query::impact`]. Ray casts:
 //!   [`Query::ray`], [`Query::rays`]. A translation that separates the surfaces: the crate
 //!   `punctual-depenetrate`.
+//! - Point clouds, and which of their points are near a surface: [`Tree::from_points`],
+//!   [`Query::points_within`].
 //! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
 //! - Shapes: [`Tree::ball`], [`Tree::capsule`], [`Tree::cuboid`], [`Tree::cylinder`] and others.
 //! - A mesh against itself: [`Query::self_intersections`]. Instances of a mesh, scaled or mirrored:
-//!   [`Tree::scaled`]. Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
-//!   crate `punctual-io`.
+//!   [`Tree::scaled`]. Meshes that deform: [`Tree::refit`]. Built trees as bytes:
+//!   [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - State kept from frame to frame: [`PairMemory`]. Without a system clock: [`Budget::clock`],
 //!   [`Clock`].
 //! - The guides and measurements are the pages of [`guide`] and of the folder `docs`.
@@ -116,6 +118,7 @@ pub use engine::workspace::{ResumeError, Workspace};
 /// To convert results to another version, use `to_array` and `to_cols_array`, which all versions
 /// have; the program then does not depend on the version used here.
 pub use glam;
+pub use mesh::depth::{DepthCamera, DepthError};
 pub use mesh::{Mesh, MeshError, shapes};
 #[doc(no_inline)]
 pub use punctual_geom as geom;
@@ -173,6 +176,7 @@ pub mod rays {
 
 /// Points and solids: [`Query::winding`], [`Query::signed_distance`].
 pub mod points {
+    pub use crate::query::near_points::PointsWithin;
     pub use crate::query::points::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 }
 

@@ -140,6 +140,9 @@ pub(crate) trait Measure {
     }
 }
 
+/// The triangles of two leaves.
+pub(crate) type LeafRows<'t> = [[&'t Rows; WIDTH]; 2];
+
 /// Receives the children of an opened pair.
 pub(crate) trait Sink {
     /// The counts of the run.
@@ -158,8 +161,15 @@ pub(crate) trait Sink {
     fn place(&mut self, pair: Pair, key: impl FnOnce() -> f32);
 
     /// Receives the triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, in tree
-    /// order.
-    fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]);
+    /// order. `rows` returns the triangles of both leaves.
+    fn triangles<'t, L: Lanes>(
+        &mut self,
+        lanes: L,
+        hits: u64,
+        key: impl Fn(usize) -> f32,
+        first: [u32; 2],
+        rows: impl FnOnce() -> LeafRows<'t>,
+    );
 }
 
 /// Replaces a pair by the pairs of children that are of interest. `POINTS` as in
@@ -228,12 +238,12 @@ pub(crate) fn expand<const POINTS: bool, L: Lanes, M: Measure>(
             let key = |bit| key_of(keys, bit);
             if a.is_leaf {
                 let mut hits = hits;
+                let rows = || [rows(tree_a, points_a, a), rows(tree_b, points_b, b)];
                 if let Some((_, work)) = M::REFINED.filter(|(many, _)| hits.count_ones() >= *many) {
                     sink.stats().work += work;
-                    let rows = [rows(tree_a, points_a, a), rows(tree_b, points_b, b)];
-                    hits = measure.refine(lanes, hits, rows, keys);
+                    hits = measure.refine(lanes, hits, rows(), keys);
                 }
-                sink.triangles(hits, key, first);
+                sink.triangles(lanes, hits, key, first, rows);
             } else {
                 sink.pairs(hits, keys, |bit| {
                     Pair::new(first[0] + bit / 8, first[1] + bit % 8)

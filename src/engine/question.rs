@@ -14,7 +14,8 @@ use punctual_geom::nanoseconds;
 /// A question about two trees. Cheap to make; make one for each pose.
 ///
 /// Its constructors choose the question: [`Query::intersection`], [`Query::all_pairs`],
-/// [`Query::distance`], [`Query::contacts`], [`Query::impact`], [`Query::ray`], [`Query::rays`].
+/// [`Query::distance`], [`Query::contacts`], [`Query::points_within`], [`Query::impact`], [`Query::ray`],
+/// [`Query::rays`].
 /// [`Query::run`] answers it within a budget, and [`Query::resume`] continues a stopped run.
 ///
 /// **Guarantee.** At every moment each pair of triangles that matters has been taken into account,
@@ -132,8 +133,9 @@ where
     ///
     /// Under a budget of time it reads the clock more often the nearer the deadline, in the end
     /// every [`Budget::poll_interval`] units of work. It does not lock or panic. It does not
-    /// allocate, with these exceptions. The first query in a workspace for contacts, or for all
-    /// hits of a ray, makes room for 4,096. The first query for a larger batch of rays or points
+    /// allocate, with these exceptions. The first query in a workspace for contacts, for all
+    /// hits of a ray, or for near points makes room for 4,096, the last also for marks of the blocks
+    /// of a cloud larger than any before. The first query for a larger batch of rays or points
     /// than any before makes room for their answers. The first queries for manifolds, and about
     /// solids of which one may hold the other, make room too. [`Workspace::reserve_contacts`] and
     /// [`Workspace::reserve_ray_hits`] make room in advance.

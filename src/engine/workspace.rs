@@ -140,6 +140,7 @@ pub enum Asked {
     /// The options are in the [`MotionState`].
     Motion,
     Contacts(ContactOptions),
+    PointsWithin(ContactOptions),
     Manifolds(ContactOptions),
     /// The rays are in the [`RayState`].
     Ray,

@@ -7,6 +7,7 @@
 //! triangle without extent.
 
 mod bytes;
+pub mod depth;
 pub mod shapes;
 mod survey;
 mod vertices;

@@ -80,6 +80,9 @@ pub(crate) const WORK_PER_RAY_TEST: u64 = 100;
 
 const _: () = assert!(MAX_STEP_WORK >= WORK_PER_RAY_TEST + WORK_PER_EXACT_TEST);
 
+/// Work of bounding the distances of a point of a cloud and eight triangles in `f32`.
+pub(crate) const WORK_PER_POINT_AROUND: u64 = 70;
+
 /// Work of preparing a point, of testing it against a triangle in `f64`, and of a vertex or an edge
 /// of the boundary of an open solid. Nodes cost as for rays.
 pub(crate) const WORK_PER_POINT: u64 = 150;
@@ -101,6 +104,8 @@ const _: () = assert!(
         && MAX_DISTANCE_STEP_WORK
             >= WORK_PER_EXPANSION + WORK_PER_CLOSE_TEST + 65 * 2 + WORK_PER_LEAVES
         && MAX_DISTANCE_STEP_WORK >= 8 * WORK_PER_WINDOW_TEST
+        && MAX_DISTANCE_STEP_WORK
+            >= WORK_PER_EXPANSION + WORK_PER_CLOSE_TEST + 65 * 2 + 8 * WORK_PER_POINT_AROUND
 );
 
 const _: () = assert!(WORK_PER_SEGMENT <= WORK_PER_CLOSEST_POINTS);

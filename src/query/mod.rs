@@ -9,6 +9,7 @@
 //! | where a surface intersects itself | [`self_intersection`] |  |
 //! | how far surfaces are apart | [`distance`] | [`nearest`](distance::nearest), the visits; [`interval`](distance::interval), the bounds |
 //! | all pairs within a margin, asked as one of these two | [`contacts`] | |
+//! | which points of a cloud are near a surface | [`near_points`] | |
 //! | what a solver needs: contacts, reduced, then the overlaps | [`manifolds`] | [`manifold`](manifolds::manifold), [`overlaps`](manifolds::overlaps) |
 //! | when surfaces meet on the way | [`motion`] | |
 //! | what rays hit | [`rays`] | |
@@ -19,6 +20,7 @@ pub(crate) mod distance;
 pub(crate) mod intersection;
 pub(crate) mod manifolds;
 pub(crate) mod motion;
+pub(crate) mod near_points;
 pub(crate) mod points;
 pub(crate) mod rays;
 pub(crate) mod self_intersection;

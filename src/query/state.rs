@@ -5,6 +5,7 @@ use super::distance::search::Search;
 use super::intersection::state::IntersectionState;
 use super::manifolds::state::ManifoldState;
 use super::motion::state::MotionState;
+use super::near_points::state::NearPoints;
 use super::points::state::{Phase, PointState};
 use super::rays::state::RayState;
 
@@ -18,6 +19,7 @@ pub(crate) struct State {
     pub motion: MotionState,
     pub rays: RayState,
     pub points: PointState,
+    pub near_points: NearPoints,
 }
 
 impl State {
@@ -31,6 +33,7 @@ impl State {
             motion: MotionState::NOTHING,
             rays: RayState::default(),
             points: PointState::default(),
+            near_points: NearPoints::default(),
         }
     }
 
@@ -52,5 +55,6 @@ impl State {
         self.motion.followed = None;
         self.rays.clear();
         self.points.clear();
+        self.near_points.clear();
     }
 }

@@ -226,6 +226,23 @@ impl Tree {
         self.blocks.range(node - self.nodes.len() as u32)
     }
 
+    /// Number of blocks of a cloud.
+    pub(crate) fn block_count(&self) -> usize {
+        self.blocks.count()
+    }
+
+    /// The block of a node number, if it is that of a block.
+    #[inline(always)]
+    pub(crate) fn block_of(&self, node: u32) -> Option<usize> {
+        (node as usize).checked_sub(self.nodes.len())
+    }
+
+    /// The block of a point (tree order), and its place there.
+    pub(crate) fn place_in_block(&self, point: u32) -> (usize, u32) {
+        let block = self.blocks.of(point);
+        (block as usize, point - self.blocks.start(block))
+    }
+
     /// Computes all boxes and profiles of a cloud. `O(n)`, and allocates nothing.
     pub(super) fn fit_cloud(&mut self) {
         Instructions::detect().run(Fit(self));

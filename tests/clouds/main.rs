@@ -8,7 +8,9 @@ mod distance;
 #[path = "../common/exact_distance.rs"]
 mod exact_distance;
 
+mod depth;
 mod files;
+mod near;
 
 use common::check::{assert_certificate, assert_complete, assert_sound, sorted};
 use common::random::Random;

@@ -6,7 +6,6 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use clap::ValueEnum;
 use indicatif::ProgressStyle;
 use indicatif::style::TemplateError;
 use punctual::clock::{ClockedBudget, SystemClock};
@@ -29,18 +28,33 @@ pub struct MeshArgs {
     /// The axis that points up in mesh files: turn the meshes such that z does. From y, (x, y, z) becomes (x, -z, y);
     /// from x,
     /// (-z, y, x). Pages of --view have z up then; without it they guess.
-    #[arg(long, value_enum)]
-    up: Option<UpName>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum UpName {
-    X,
-    Y,
-    Z,
+    #[arg(long, value_name = "UP", value_parser = ["x", "y", "z"])]
+    up: Option<String>,
 }
 
 impl MeshArgs {
+    /// The tree of a mesh file, of points, or of a shape, and how long its build took.
+    pub fn tree(&self, file: &Path, options: &BuildOptions) -> Result<(Tree, Duration), FileError> {
+        let fault = |what: String| FileError::new(file, &*what);
+        let name = file.to_string_lossy();
+        let shape = name.split_once(':');
+        if let Some(("thick", rest)) = shape {
+            let parts = rest.split_once(',');
+            let parts = parts.and_then(|(radius, file)| Some((radius.parse().ok()?, file)));
+            let (radius, of) = parts.ok_or_else(|| fault("must be thick:R,FILE".into()))?;
+            let (tree, build) = self.tree(Path::new(of), options)?;
+            let thick = tree.with_radius(radius);
+            return Ok((thick.map_err(|error| fault(error.to_string()))?, build));
+        }
+        if let Some(tree) = shape.and_then(|(kind, lengths)| shape_of(kind, lengths)) {
+            return Ok((tree.map_err(fault)?, Duration::ZERO));
+        }
+        let mesh = self.load(file)?;
+        let start = Instant::now();
+        let tree = Tree::with_options(mesh, options);
+        Ok((tree, start.elapsed()))
+    }
+
     /// Reads a mesh file, or standard input for `-`, and tells what was passed over.
     pub fn load(&self, file: &Path) -> Result<Mesh, FileError> {
         let Loaded { mesh, notices, .. } = self.load_quietly(file)?;
@@ -57,10 +71,10 @@ impl MeshArgs {
 
     /// Reads a mesh file, or standard input for `-`.
     pub fn load_quietly(&self, file: &Path) -> Result<Loaded, FileError> {
-        let up = match self.up {
-            Some(UpName::X) => Axis::X,
-            Some(UpName::Y) => Axis::Y,
-            Some(UpName::Z) | None => Axis::Z,
+        let up = match self.up.as_deref() {
+            Some("x") => Axis::X,
+            Some("y") => Axis::Y,
+            _ => Axis::Z,
         };
         let options = ReadOptions::default().scale_axes(self.scale).up(up);
         if file.as_os_str() != "-" {
@@ -82,11 +96,31 @@ impl MeshArgs {
     }
 }
 
+/// The tree of a shape, or why there is none of these lengths; `None` for another kind of file.
+fn shape_of(kind: &str, lengths: &str) -> Option<Result<Tree, String>> {
+    let tree = match (kind, numbers(lengths).as_deref()) {
+        ("ball", Some(&[radius])) => Tree::ball(radius),
+        ("capsule", Some(&[radius, length])) => Tree::capsule(radius, length),
+        ("box", Some(&[x, y, z])) => Tree::cuboid([x, y, z]),
+        ("cylinder", Some(&[radius, length])) => Tree::cylinder(radius, length),
+        ("cone", Some(&[radius, length])) => Tree::cone(radius, length),
+        ("ball" | "capsule" | "box" | "cylinder" | "cone", _) => {
+            let known = "ball:R, capsule:R,L, box:X,Y,Z, cylinder:R,L or cone:R,L";
+            return Some(Err(format!("must be {known}")));
+        }
+        _ => return None,
+    };
+    Some(tree.map_err(|error| error.to_string()))
+}
+
 #[derive(clap::Args)]
 pub struct Input {
     /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is
     /// standard
     /// input, whose format its content tells.
+    ///
+    /// Also a point cloud, .xyz, .pts, .asc, .txt, .csv, .pcd or .npy; a shape, ball:R, capsule:R,L, box:X,Y,Z, cylinder:R,L or
+    /// cone:R,L; or one of these files thickened by a radius, thick:R,FILE.
     a: PathBuf,
     /// Mesh B, which takes the poses.
     b: PathBuf,
@@ -110,19 +144,10 @@ pub struct LoadedInput {
 
 impl Input {
     pub fn load(&self, options: &BuildOptions) -> Result<LoadedInput, FileError> {
-        let (a, b) = (self.meshes.load(&self.a)?, self.meshes.load(&self.b)?);
-        let poses = files::poses(&self.poses)?;
-        let start = Instant::now();
-        let (a, b) = (
-            Tree::with_options(a, options),
-            Tree::with_options(b, options),
-        );
-        Ok(LoadedInput {
-            a,
-            b,
-            build: start.elapsed(),
-            poses,
-        })
+        let (a, of_a) = self.meshes.tree(&self.a, options)?;
+        let (b, of_b) = self.meshes.tree(&self.b, options)?;
+        let (build, poses) = (of_a + of_b, files::poses(&self.poses)?);
+        Ok(LoadedInput { a, b, build, poses })
     }
 
     /// Tells which meshes that were to be solids are open.
@@ -262,20 +287,20 @@ pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
         .map_err(|_| "must be finite and not negative".to_owned())
 }
 
+/// Numbers between commas.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|x| x.trim().parse().ok()).collect()
+}
+
 /// One factor, or one for each axis.
 fn parse_scale(text: &str) -> Result<[f64; 3], String> {
-    let factors: Result<Vec<f64>, _> = text
-        .split(',')
-        .map(|factor| factor.trim().parse())
-        .collect();
-    let factors = match factors.as_deref() {
-        Ok(&[all]) => [all; 3],
-        Ok(&[x, y, z]) => [x, y, z],
+    let factors = match numbers(text).as_deref() {
+        Some(&[all]) => [all; 3],
+        Some(&[x, y, z]) => [x, y, z],
         _ => return Err("must be a number, or three with commas".into()),
     };
-    let good = factors
-        .iter()
-        .all(|factor| *factor != 0.0 && factor.is_finite());
+    let is_good = |factor: &f64| *factor != 0.0 && factor.is_finite();
+    let good = factors.iter().all(is_good);
     good.then_some(factors)
         .ok_or_else(|| "must be finite and not 0".into())
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use punctual::points::PointBounds;
 use punctual::tree::Solid;
-use punctual::{Answer, BuildOptions, Query, Tree};
+use punctual::{Answer, BuildOptions, Query};
 use punctual_lab::files;
 use punctual_lab::report::Failure;
 
@@ -41,14 +41,14 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let mesh = args.meshes.load(&args.a)?;
-    let points = files::points(&args.points)?;
     let solid = if args.flip { Solid::Flip } else { Solid::Keep };
-    let start = Instant::now();
-    let tree = Tree::with_options(mesh, &BuildOptions::default().solid(solid));
-    let build = start.elapsed();
-    let parts = tree.solid().map_or(&[][..], |solid| solid.components());
-    if let Some(part) = parts.iter().find(|part| part.inside_out) {
+    let options = BuildOptions::default().solid(solid);
+    let (tree, build) = args.meshes.tree(&args.a, &options)?;
+    let points = files::points(&args.points)?;
+    let Some(solid) = tree.solid() else {
+        return Err(format!("{}: points have no inside", args.a.display()).into());
+    };
+    if let Some(part) = solid.components().iter().find(|part| part.inside_out) {
         complain(&format!(
             "{}: the part of triangle {} is inside out; --flip reverses such parts",
             args.a.display(),

@@ -73,15 +73,11 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let (a, b) = (args.meshes.load(&args.a)?, args.meshes.load(&args.b)?);
-    let motions = files::motions(&args.sweeps)?;
-    let start = Instant::now();
     let options = args.solid.options();
-    let (a, b) = (
-        Tree::with_options(a, &options),
-        Tree::with_options(b, &options),
-    );
-    let build = start.elapsed();
+    let (a, of_a) = args.meshes.tree(&args.a, &options)?;
+    let (b, of_b) = args.meshes.tree(&args.b, &options)?;
+    let motions = files::motions(&args.sweeps)?;
+    let build = of_a + of_b;
     complain_of_open(&args.a, &a);
     complain_of_open(&args.b, &b);
     let completion = complain_of_bad_lines(&args.sweeps, "sweep", &motions);

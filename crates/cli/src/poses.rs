@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use punctual::Tree;
+use punctual::BuildOptions;
 use punctual::glam::DMat3;
 use punctual_lab::approach::{Approach, Line, OFFSETS, contact, print, random};
 use punctual_lab::report::Failure;
@@ -50,10 +50,8 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let (a, b) = (
-        Tree::new(args.meshes.load(&args.a)?),
-        Tree::new(args.meshes.load(&args.b)?),
-    );
+    let tree = |file| args.meshes.tree(file, &BuildOptions::default());
+    let ((a, _), (b, _)) = (tree(&args.a)?, tree(&args.b)?);
     let mut approach = Approach::new(&a, &b, args.seed);
     // All or nothing.
     let mut lines = Vec::new();

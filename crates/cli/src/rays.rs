@@ -4,14 +4,15 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
+use punctual::Query;
 use punctual::rays::{RayBounds, RayHit, RayMode};
-use punctual::tree::Solid;
-use punctual::{BuildOptions, Query, Tree};
 use punctual_lab::files;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, print_source, yes_or_no};
+use crate::input::{
+    MeshArgs, Row, Running, build_options, complain_of_bad_lines, print_source, yes_or_no,
+};
 
 /// What the rays of a list hit.
 ///
@@ -50,16 +51,8 @@ pub struct Args {
 type Answer = (punctual::Answer<RayBounds>, Vec<RayHit>);
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let mesh = args.meshes.load(&args.a)?;
+    let (tree, build) = args.meshes.tree(&args.a, &build_options(args.solid))?;
     let rays = files::rays(&args.rays, args.segments)?;
-    let start = Instant::now();
-    let options = if args.solid {
-        BuildOptions::default().solid(Solid::Keep)
-    } else {
-        BuildOptions::default()
-    };
-    let tree = Tree::with_options(mesh, &options);
-    let build = start.elapsed();
     let completion = complain_of_bad_lines(&args.rays, "ray", &rays);
     let mut workspace = args.running.workspace();
     // So that room for hits is no part of the first time.

@@ -6,7 +6,7 @@ use numpy::{
     Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayMethods,
     PyUntypedArray, PyUntypedArrayMethods,
 };
-use punctual::{Mesh, Pose};
+use punctual::{Mesh, MeshError, Pose};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -184,8 +184,19 @@ pub fn cloud(given: &Bound<'_, PyAny>) -> PyResult<Mesh> {
         Ok(narrow) => Mesh::from_points(rows(narrow, "points", |row| [row[0], row[1], row[2]])?),
         Err(_) => Mesh::from_points_f64(vectors(given, "points")?),
     };
-    // A point is a vertex of the library.
-    mesh.map_err(|error| value_error(error.to_string().replace("vertex", "point")))
+    mesh.map_err(point_of_mesh)
+}
+
+/// The error of a point, which is a vertex of the library.
+pub fn point_of_mesh(error: MeshError) -> PyErr {
+    value_error(error.to_string().replace("vertex", "point"))
+}
+
+/// The numbers of a matrix, row by row, and how many columns it has.
+pub fn grid(given: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<f64>, usize)> {
+    let array = floats::<Ix2>(given, what, "(rows, columns)")?.try_readonly()?;
+    let array = array.as_array();
+    Ok((array.iter().copied().collect(), array.ncols()))
 }
 
 /// A `(4, 4)` matrix that brings coordinates of B into those of A.

@@ -9,6 +9,7 @@ use crate::query::with_workspace;
 use crate::scene::scene_error;
 use crate::tree::{Surface, Tree};
 use numpy::PyArray1;
+use punctual::contacts::Contact;
 use punctual::glam::DVec3;
 use punctual::{Budget, Clock, Mode, Pose, Query};
 use punctual_depenetrate::PenetrationQuery;
@@ -47,8 +48,8 @@ impl ContactData {
         PySet::new(py, &self.names)
     }
 
-    /// (3,): the middle of the segment in which the triangles meet; of solids, the middle between a vertex of each that
-    /// lies deepest in the other.
+    /// (3,): the middle of the segment in which the triangles meet; of solids, the middle between the points
+    /// of both that touch last when they are parted.
     #[getter]
     fn point<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         column(py, self.place.point.to_array().to_vec())
@@ -253,18 +254,24 @@ impl Pair {
             };
             return deepest.into_iter().map(place).collect();
         }
-        let Self([a, b]) = self;
-        let query = Query::contacts(&a.tree, &b.tree, self.b_in_a());
-        let (_, _, found) = with_workspace(|workspace| {
-            contacts::spend(&query, workspace, (Limit::None, clock), usize::MAX)
-        });
-        let place = |contact: &punctual::contacts::Contact| Place {
+        let a = &self.0[0];
+        let place = |contact: &Contact| Place {
             point: a.pose.transform_point(contact.points[0]),
             normal: *a.pose.rotation() * contact.normal,
             triangles: contact.triangles,
             depth: None,
         };
-        found.iter().map(place).collect()
+        self.contacts(clock).iter().map(place).collect()
+    }
+
+    /// The pairs of triangles that meet.
+    fn contacts(&self, clock: &dyn Clock) -> Vec<Contact> {
+        let Self([a, b]) = self;
+        let query = Query::contacts(&a.tree, &b.tree, self.b_in_a());
+        let (_, _, found) = with_workspace(|workspace| {
+            contacts::spend(&query, workspace, (Limit::None, clock), usize::MAX)
+        });
+        found
     }
 
     /// Where two that meet are closest or, if they are solids, deepest. None unless their distance is below a limit.
@@ -313,29 +320,39 @@ impl Pair {
         let way = -found.direction.unwrap_or_default();
         let (mut depth, mut normal) = (found.high, way);
         // The way found is never shorter than the least, which is along the normal of a face if one is that near: exactly
-        // so, if the solids are convex.
-        for (triangles, sign) in corners.iter().zip([-1.0, 1.0]) {
-            for [p, q, r] in triangles {
-                let candidate = sign * (q - p).cross(r - p).normalize_or_zero();
-                if candidate.dot(way) > 1.0 - 1e-5 {
-                    let width = reach(&corners[0], -candidate) + reach(&corners[1], candidate);
-                    if width <= depth {
-                        (depth, normal) = (width, candidate);
-                    }
-                }
+        // so, if the solids are convex; of those with radii, along the line between the cores if these are apart.
+        let normal_of = |sign: f64| {
+            move |&[p, q, r]: &[DVec3; 3]| sign * (q - p).cross(r - p).normalize_or_zero()
+        };
+        let faces = corners.iter().zip([-1.0, 1.0]);
+        let faces = faces.flat_map(|(triangles, sign)| triangles.iter().map(normal_of(sign)));
+        let faces = faces.filter(|normal| normal.dot(way) > 1.0 - 1e-5);
+        let radii = [&a.tree, &b.tree].map(|tree| tree.radius());
+        let between = (radii != [0.0; 2]).then(|| self.contacts(clock));
+        let between = between.into_iter().flatten();
+        let between = between.min_by(|a, b| a.distance.total_cmp(&b.distance));
+        for candidate in faces.chain(between.map(|contact| contact.normal)) {
+            let cores = reach(&corners[0], -candidate) + reach(&corners[1], candidate);
+            let width = cores + radii[0] + radii[1];
+            if width <= depth {
+                (depth, normal) = (width, candidate);
             }
         }
-        // A deepest corner of the first, and of those of the second the one nearest to it.
-        let of_a = least(&corners[0], |corner| corner.dot(normal));
-        let top = reach(&corners[1], normal) - 1e-9 * depth;
-        let of_b = least(&corners[1], |corner| match corner.dot(normal) >= top {
-            true => corner.distance(of_a.1),
-            false => f64::INFINITY,
-        });
+        // Where they touch when they are parted.
+        let push = normal * (depth * (1.0 + 1e-9));
+        let apart = Pose::new(*b_in_a.rotation(), b_in_a.translation() - push).ok()?;
+        let query = Query::distance(&a.tree, &b.tree, apart).relative_tolerance(0.1);
+        let touching = with_workspace(|workspace| {
+            query
+                .run(workspace, Budget::unlimited().clock(clock))
+                .value
+                .nearest
+        })?;
+        let points = [touching.points[0], touching.points[1] + push];
         let closest = Closest {
             distance: -depth,
-            points: [of_a.1, of_b.1].map(|point| a.pose.transform_point(point)),
-            triangles: [of_a.0, of_b.0],
+            points: points.map(|point| a.pose.transform_point(point)),
+            triangles: touching.triangles,
         };
         Some((*a.pose.rotation() * normal, closest))
     }
@@ -345,13 +362,6 @@ impl Pair {
 fn reach(triangles: &[[DVec3; 3]], direction: DVec3) -> f64 {
     let along = triangles.as_flattened().iter().map(|c| c.dot(direction));
     along.fold(f64::NEG_INFINITY, f64::max)
-}
-
-/// The first corner for which a number is least, and its triangle.
-fn least(triangles: &[[DVec3; 3]], number: impl Fn(DVec3) -> f64) -> (u32, DVec3) {
-    let corners = (0u32..).zip(triangles.as_flattened());
-    let least = corners.min_by(|(_, p), (_, q)| number(**p).total_cmp(&number(**q)));
-    least.map_or_else(Default::default, |(at, &corner)| (at / 3, corner))
 }
 
 /// An object that is asked about.
@@ -826,7 +836,8 @@ impl CollisionManager {
                 };
                 loop {
                     let report = scene.detect(Budget::work(work).clock(clock));
-                    let meets = report.intersecting + report.contained > 0;
+                    // Those with radii are within them.
+                    let meets = report.intersecting + report.contained + report.within > 0;
                     let is_done = report.is_whole() && report.undecided() == 0;
                     if is_done || meets && work < u64::MAX || clock.is_cancelled() {
                         return meets;

@@ -1,6 +1,8 @@
 //! Meshes with their trees.
 
-use crate::arrays::{cloud, column, mesh, table, vectors, vectors_or_one};
+use crate::arrays::{
+    cloud, column, grid, mesh, numbers, point_of_mesh, table, vectors, vectors_or_one,
+};
 use crate::batch::{each, workers};
 use crate::errors::{file_error, not_solid, point_error, value_error};
 use crate::interrupt::in_background;
@@ -9,7 +11,7 @@ use crate::query::with_workspace;
 use numpy::{PyArray1, PyArray2};
 use punctual::glam::DMat3;
 use punctual::points::PointBounds;
-use punctual::tree::{Solid, SolidError};
+use punctual::tree::{ShapeError, Solid, SolidError};
 use punctual::{Budget, BuildOptions, Mesh, Pose, Query};
 use punctual_io::{Loaded, ReadOptions};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning};
@@ -69,6 +71,14 @@ fn options(effort: &str, extremes: bool, solid: &str) -> PyResult<BuildOptions> 
         .parse()
         .map_err(|error| value_error(format_args!("solid: {error}")))?;
     Ok(options.extremes(extremes).solid(solid))
+}
+
+/// The tree of a shape, or why it is refused.
+fn shape(tree: Result<punctual::Tree, ShapeError>) -> PyResult<Tree> {
+    tree.map(Tree::from).map_err(|error| match error {
+        ShapeError::Mesh(error) => point_of_mesh(error),
+        error => value_error(error),
+    })
 }
 
 /// Volume, centre of mass and inertia tensor.
@@ -267,6 +277,73 @@ impl Tree {
         tree.with_radius(radius)
             .map(Self::from)
             .map_err(value_error)
+    }
+
+    /// The tree of a ball around the origin: a point with a radius. As of all shapes, lengths are 1e-150 to 1e150; others
+    /// raise ValueError, which names the argument.
+    #[staticmethod]
+    fn ball(radius: f64) -> PyResult<Self> {
+        shape(punctual::Tree::ball(radius))
+    }
+
+    /// The tree of a capsule: all points no farther than radius from a segment of this length along z, around the origin.
+    /// The length may be 0.
+    #[staticmethod]
+    fn capsule(radius: f64, length: f64) -> PyResult<Self> {
+        shape(punctual::Tree::capsule(radius, length))
+    }
+
+    /// The tree of a solid box around the origin: its lengths along x, y and z, (3,). radius: of rounded edges, within these
+    /// lengths.
+    #[staticmethod]
+    #[pyo3(signature = (size, radius=0.0))]
+    fn r#box(size: &Bound<'_, PyAny>, radius: f64) -> PyResult<Self> {
+        let size: [f64; 3] = numbers(size, "size")?;
+        shape(match radius {
+            0.0 => punctual::Tree::cuboid(size),
+            radius => punctual::Tree::rounded_cuboid(size, radius),
+        })
+    }
+
+    /// The tree of a solid cylinder along z, around the origin: a prism of 128 sides, which holds the true one and is
+    /// within 3.02e-4 of the radius of it.
+    #[staticmethod]
+    fn cylinder(radius: f64, length: f64) -> PyResult<Self> {
+        shape(punctual::Tree::cylinder(radius, length))
+    }
+
+    /// The tree of a solid cone along z: its base is at -length / 2, its tip at length / 2. A pyramid of 128 sides, within
+    /// 3.02e-4 of the radius as a cylinder.
+    #[staticmethod]
+    fn cone(radius: f64, length: f64) -> PyResult<Self> {
+        shape(punctual::Tree::cone(radius, length))
+    }
+
+    /// The tree of the convex hull of points, (N, 3), a solid; exact. Raises ValueError for a point that is not finite, with
+    /// its row, and for points in one plane.
+    #[staticmethod]
+    fn hull(py: Python<'_>, points: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let points = vectors(points, "points")?;
+        shape(py.detach(|| punctual::Tree::hull(points)))
+    }
+
+    /// The tree of the surface over a grid, which faces +z: heights, (rows, columns), and the distances of columns along x
+    /// and of rows along y, (2,). The first height is that at the origin; heights[row, column] is vertex
+    /// row * columns + column. Raises ValueError for a height that is not finite, with its place.
+    #[staticmethod]
+    fn height_field(
+        py: Python<'_>,
+        heights: &Bound<'_, PyAny>,
+        spacing: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let (heights, columns) = grid(heights, "heights")?;
+        let spacing = numbers(spacing, "spacing")?;
+        if let Some(at) = heights.iter().position(|height| !height.is_finite()) {
+            let (row, column) = (at / columns, at % columns);
+            let fault = format!("heights[{row}, {column}] is {}", heights[at]);
+            return Err(value_error(fault));
+        }
+        shape(py.detach(|| punctual::Tree::height_field(heights, columns, spacing)))
     }
 
     /// A copy of the tree, thickened by a ball of this radius: all questions are about the points no farther than that from

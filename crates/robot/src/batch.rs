@@ -96,6 +96,7 @@ impl Checker {
         rooms.resize_with(rooms.len().max(threads), Room::default);
         let rooms = &mut rooms[..threads];
         rooms.iter_mut().for_each(|room| room.sync(world));
+        order.count(0, world);
         let mut answers: Vec<Option<T>> = Vec::new();
         answers.resize_with(rows, || None);
         let mut first = 0;
@@ -113,7 +114,7 @@ impl Checker {
                         room.begin();
                         let call = Call {
                             world,
-                            order: &order.pairs,
+                            order: &order.sorted,
                             facts: &mut facts,
                             room,
                             deadline: Deadline::of(budget.into()),
@@ -137,7 +138,7 @@ impl Checker {
                     fact.add(&learned);
                 }
             }
-            order.count(round as u64);
+            order.count(round as u64, world);
             first += round;
         }
         answers.into_iter().flatten().collect()

@@ -3,12 +3,12 @@
 use punctual::distance::{self, Distance};
 use punctual::engine::{Ask, Deadline, Question};
 use punctual::intersection::Intersection;
-use punctual::{Budget, PairMemory, Query, StopReason, Verdict, Workspace};
+use punctual::{Budget, Motion, PairMemory, Query, StopReason, Verdict, Workspace};
 
 use crate::checker::Outcome;
 use crate::clearance::Bounds;
 use crate::edge::Run;
-use crate::order::{BOX_WORK, Fact};
+use crate::order::{BOX_WORK, Fact, Sorted};
 use crate::placement::Placement;
 use crate::shape::{Inner, holds_part};
 use crate::transform::{Transform, to_pose};
@@ -34,6 +34,10 @@ pub(crate) struct Room {
     /// one.
     memory: Vec<(u64, PairMemory)>,
     stamp: u64,
+    /// One bit for each pair that the spheres of the current configuration do not prove apart, in
+    /// the order in which pairs are tested.
+    near: Vec<u64>,
+    is_listed: bool,
     /// True if the workspace holds a stopped query that is to be resumed.
     is_stopped: bool,
 }
@@ -50,6 +54,7 @@ impl Room {
     /// Begins a call: nothing is remembered, and nothing can be resumed.
     pub fn begin(&mut self) {
         self.stamp += 1;
+        self.is_listed = false;
         self.is_stopped = false;
         self.run.is_stopped = false;
     }
@@ -57,7 +62,7 @@ impl Room {
 
 pub(crate) struct Call<'c, 'k> {
     pub world: &'c World,
-    pub order: &'c [u32],
+    pub order: &'c Sorted,
     pub facts: &'c mut [Fact],
     pub room: &'c mut Room,
     pub deadline: Deadline<'k>,
@@ -92,6 +97,7 @@ impl<'c> Call<'c, '_> {
         let bodies = self.world.model.bodies.len() as u64 * WORK_PER_BODY;
         self.pay(bodies + (self.world.pairs.len() / PAIRS_PER_WORK) as u64)?;
         self.room.placement.put(self.world, configuration, time);
+        self.room.is_listed = false;
         Ok(())
     }
 
@@ -120,9 +126,17 @@ impl<'c> Call<'c, '_> {
     /// Tests the pairs from `cursor` on until one meets. After an error the cursor is at the pair
     /// whose query was stopped.
     pub fn find(&mut self, cursor: &mut usize) -> Result<Option<u32>, StopReason> {
-        while let Some(&pair) = self.order.get(*cursor) {
-            let slot = self.world.pairs[pair as usize].slot;
-            if self.room.placement.is_near(slot) && self.counts(pair) {
+        let room = &mut *self.room;
+        if !room.is_listed {
+            room.near.clear();
+            room.near.resize(self.order.pairs.len().div_ceil(64), 0);
+            room.placement.list(&self.order.ranks, &mut room.near);
+            room.is_listed = true;
+        }
+        while let Some(rank) = next_bit(&self.room.near, *cursor) {
+            *cursor = rank;
+            let pair = self.order.pairs[rank];
+            if self.counts(pair) {
                 let before = self.deadline.done();
                 let met = self.meets(pair, false)?;
                 self.facts[pair as usize].add(&Fact {
@@ -154,31 +168,37 @@ impl<'c> Call<'c, '_> {
         // Boxes that overlap by more than the margin mostly hold surfaces that intersect, which is
         // decided in less time than the distance.
         let mut may_intersect = margin == 0.0;
+        // Many samples cost more than most queries.
+        let are_few = a.samples.are_few() && b.samples.are_few();
         if !self.room.is_stopped {
             self.pay(BOX_WORK)?;
             let gap = self.room.placement.box_gap(of, [a, b], &b_in_a);
             if gap > 0.0 {
                 return Ok(false);
             }
-            if self.holds_part([a, b], &b_in_a) {
+            if are_few && self.holds_part([a, b], &b_in_a) {
                 return Ok(true);
             }
             may_intersect |= gap < -2.0 * margin;
         }
         let memory = with_memory.then_some(pair);
         let pose = to_pose(&b_in_a);
-        if may_intersect && a.tree.radius() + b.tree.radius() == 0.0 {
+        let mut met = false;
+        let intersects = may_intersect && a.tree.radius() + b.tree.radius() == 0.0;
+        if intersects {
             let query = Query::<Intersection>::intersection(&a.tree, &b.tree, pose);
             let (verdict, end) = self.run(&query, memory);
             end?;
-            if margin == 0.0 || verdict != Verdict::Separated {
-                return Ok(verdict != Verdict::Separated);
-            }
+            met = verdict != Verdict::Separated;
         }
-        let query = Query::distance(&a.tree, &b.tree, pose);
-        let (bounds, end) = self.run(&query.closer_than(margin), memory);
-        // If f64 cannot tell a pair from one at the margin, it counts as within it.
-        end.map(|()| bounds.closer != Some(false))
+        if !(met || intersects && margin == 0.0) {
+            let query = Query::distance(&a.tree, &b.tree, pose);
+            let (bounds, end) = self.run(&query.closer_than(margin), memory);
+            end?;
+            // If f64 cannot tell a pair from one at the margin, it counts as within it.
+            met = bounds.closer != Some(false);
+        }
+        Ok(met || !are_few && self.holds_part([a, b], &b_in_a))
     }
 
     /// Bounds of the distance of a pair's surfaces, final unless the call must stop.
@@ -194,10 +214,10 @@ impl<'c> Call<'c, '_> {
 
     /// [`holds_part`], which counts as work.
     pub fn holds_part(&mut self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> bool {
-        let asked = |a: &Inner, b: &Inner| if a.is_solid { b.samples.len() } else { 0 };
-        let samples = asked(a, b) + asked(b, a);
-        self.deadline.spend(samples as u64 * BOX_WORK);
-        samples > 0 && holds_part(a, b, b_in_a)
+        let mut tests = 0;
+        let holds = holds_part(a, b, b_in_a, &mut tests);
+        self.deadline.spend(tests * BOX_WORK);
+        holds
     }
 
     /// Decides whether more than this is left of the distance of a pair's surfaces above their
@@ -207,6 +227,28 @@ impl<'c> Call<'c, '_> {
         let limit = self.room.placement.margin(of) + left;
         let (bounds, end) = self.distance(pair, |query| query.closer_than(limit));
         end.map(|()| bounds.closer == Some(false))
+    }
+
+    /// Decides whether a pair stays apart by more than its margin, and this more, while the second
+    /// shape moves from a pose to its present one, seen from the first. Its middle moves along a
+    /// straight line, and it turns at a constant rate. False if that is not proven.
+    pub fn is_free(&mut self, pair: u32, start: &Transform, bend: f64) -> Result<bool, StopReason> {
+        let (of, [a, b], end) = self.pair(pair);
+        let margin = self.room.placement.margin(of);
+        let slack = 4.0 * self.room.placement.slack;
+        let Ok(screw) = Motion::screw(to_pose(start), to_pose(&end)) else {
+            return Ok(false);
+        };
+        let [from, to] = [start, &end].map(|pose| pose.transform_point3(b.centre));
+        // The acceleration of a point that turns, over eight, as for the bend.
+        let bend = bend + screw.turn().length_squared() * b.radius / 8.0 + slack;
+        let Ok(motion) = Motion::turning(to_pose(start), to - from, screw.turn(), from) else {
+            return Ok(false);
+        };
+        let query = Query::impact(&a.tree, &b.tree, motion);
+        let query = query.margins([margin + bend, 0.0]).time_tolerance(1.0);
+        let (found, end) = self.run(&query, None);
+        end.map(|()| found.lower == 1.0 && found.upper.is_none())
     }
 
     /// Runs a query of surfaces, or resumes it if it was stopped. Its plan does not depend on the
@@ -235,4 +277,15 @@ impl<'c> Call<'c, '_> {
         let end = (!room.is_stopped).then_some(());
         (answer.value, end.ok_or(answer.stop))
     }
+}
+
+/// The first bit that is set, from one on.
+fn next_bit(words: &[u64], from: usize) -> Option<usize> {
+    let first = words.get(from / 64)? >> (from % 64);
+    if first != 0 {
+        return Some(from + first.trailing_zeros() as usize);
+    }
+    let next = from / 64 + 1;
+    let at = words[next..].iter().position(|&word| word != 0)? + next;
+    Some(at * 64 + words[at].trailing_zeros() as usize)
 }

@@ -8,6 +8,10 @@
 //! the pairs that are not proven on it. So at each moment all of the path is proven, known to be in
 //! contact, or covered by an open interval.
 //!
+//! A pair that glides along what stands still would need ever shorter intervals. So where one shape
+//! of a pair, seen from the other, moves almost straight, its sweep along that straight line is
+//! tested, thickened by what it may be off ([`Call::is_free`]).
+//!
 //! If any contact will do, five configurations are tested first, and then wide intervals before
 //! narrow ones. For the first contact, intervals are taken from left to right.
 
@@ -23,6 +27,7 @@ use crate::error::refuse;
 use crate::model::LARGEST;
 use crate::order::BOX_WORK;
 use crate::trajectory::{Move, Piece};
+use crate::transform::Transform;
 use crate::world::World;
 use crate::{Checker, RobotError, ShapeId, Trajectory};
 
@@ -33,6 +38,9 @@ const ENDS: usize = 2;
 /// A pair whose boxes are farther apart than this share of the limit gets no exact query: its boxes
 /// will prove it on shorter intervals.
 const APART: f64 = 1.0 / 16.0;
+
+/// A pair is swept along a straight line if it is off it by at most this share of the limit.
+const STRAIGHT: f64 = 1.0 / 64.0;
 
 /// Work of bounding how far the points of a pair move, and of the test of its spheres, in units of
 /// a query's work.
@@ -141,6 +149,18 @@ struct Kept {
     pair: u32,
     limit: f64,
     gap: f64,
+    /// The most by which one shape is off a straight line, seen from the other, apart from its turn
+    /// about its middle.
+    bend: f64,
+    /// The second shape at the beginning of the interval, seen from the first.
+    start: Transform,
+}
+
+impl Kept {
+    /// True if its motion is almost straight.
+    fn glides(&self) -> bool {
+        self.bend <= STRAIGHT * self.limit
+    }
 }
 
 /// What remains to be done at the middle of an interval.
@@ -150,6 +170,9 @@ enum Phase {
     Filter(usize),
     Distances(usize),
     Contacts(usize),
+    Begin,
+    End,
+    Sweeps(usize),
 }
 
 /// A run along a path, which may be stopped at any step.
@@ -238,7 +261,7 @@ impl Run {
             self.cursor = None;
             self.probes += 1;
             if self.probes == self.probe_count() {
-                let order = call.order.iter().copied();
+                let order = call.order.pairs.iter().copied();
                 self.pairs.extend(order.filter(|&pair| call.counts(pair)));
                 let (first, share) = self.from;
                 let whole = |line| Interval {
@@ -292,7 +315,9 @@ impl Run {
                 }
                 Phase::Filter(_) => Phase::Distances(0),
                 Phase::Distances(at) if at < self.kept.len() => {
-                    let Kept { pair, limit, gap } = self.kept[at];
+                    let Kept {
+                        pair, limit, gap, ..
+                    } = self.kept[at];
                     if gap <= APART * limit && call.is_farther(pair, limit)? {
                         self.kept.remove(at);
                         Phase::Distances(at)
@@ -310,7 +335,29 @@ impl Run {
                     }
                     Phase::Contacts(at + 1)
                 }
+                Phase::Contacts(_) if self.kept.iter().any(Kept::glides) => Phase::Begin,
                 Phase::Contacts(_) => break,
+                Phase::Begin => {
+                    self.put((line, low), call)?;
+                    for kept in &mut self.kept {
+                        kept.start = call.pair(kept.pair).2;
+                    }
+                    Phase::End
+                }
+                Phase::End => {
+                    self.put((line, high), call)?;
+                    Phase::Sweeps(0)
+                }
+                Phase::Sweeps(at) if at < self.kept.len() => {
+                    let kept = self.kept[at];
+                    if kept.glides() && call.is_free(kept.pair, &kept.start, kept.bend)? {
+                        self.kept.remove(at);
+                        Phase::Sweeps(at)
+                    } else {
+                        Phase::Sweeps(at + 1)
+                    }
+                }
+                Phase::Sweeps(_) => break,
             };
         }
         self.leave([[low, middle], [middle, high]], line);
@@ -380,7 +427,14 @@ impl Run {
             let (_, shapes, b_in_a) = call.pair(pair);
             let gap = call.room.placement.box_gap(asked, shapes, &b_in_a);
             if gap <= limit {
-                self.kept.push(Kept { pair, limit, gap });
+                let bend = call.room.placement.bend(asked);
+                self.kept.push(Kept {
+                    pair,
+                    limit,
+                    gap,
+                    bend,
+                    start: Transform::IDENTITY,
+                });
             }
         }
         Ok(())
@@ -454,7 +508,8 @@ impl Checker {
     /// with the same answer.
     ///
     /// The nearer shapes come to each other, the shorter are the intervals that can be proven, and
-    /// the more of them are needed.
+    /// the more of them are needed: about 1 / gap between two moving shapes, and 1 / sqrt(gap) along
+    /// what stands still, or as few as the length needs where the motion is straight.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].
@@ -486,7 +541,7 @@ impl Checker {
     ) -> Result<Outcome<Edge>, RobotError> {
         options.check()?;
         self.world.model.check_motion(motion)?;
-        self.order.count(1);
+        self.order.count(1, &self.world);
         self.room.sync(&self.world);
         let call = self.call(budget.into());
         call.room.run.lines.copy(motion);

@@ -8,6 +8,7 @@ use crate::call::{Call, Counted, Room};
 use crate::checker::Outcome;
 use crate::error::refuse;
 use crate::model::LARGEST;
+use crate::order::Sorted;
 use crate::{Checker, Edge, EdgeAnswer, EdgeOptions, RobotError, Trajectory};
 
 /// The largest share of the speed (0 to 1) with which a robot that is free for `free_for` seconds
@@ -159,7 +160,7 @@ struct Proof {
     /// The version of the world for which the proof was begun.
     version: u64,
     room: Room,
-    order: Vec<u32>,
+    order: Sorted,
     free_until: f64,
 }
 
@@ -184,7 +185,10 @@ impl Proof {
             self.version = world.version;
             self.room.sync(world);
             // The order may change while the proof goes on.
-            self.order.clone_from(&checker.order.pairs);
+            checker.order.count(0, world);
+            let Sorted { pairs, ranks } = &checker.order.sorted;
+            self.order.pairs.clone_from(pairs);
+            self.order.ranks.clone_from(ranks);
             self.room.run.lines.copy(&self.plan);
             self.room.run.begin(EdgeOptions::first(), time);
             self.room.run.is_stopped = true;
@@ -341,13 +345,14 @@ impl Horizon {
         motion.add_part(plan, &mut at, self.cycle, [self.speed, speed]);
         motion.add_part(plan, &mut at, cycles * self.cycle, [speed, last]);
         motion.add_part(plan, &mut at, self.cycle, [last, 0.0]);
+        checker.order.count(0, &checker.world);
         checker.room.sync(&checker.world);
         let mut run = std::mem::take(&mut checker.room.run);
         run.lines.copy(motion);
         run.begin(EdgeOptions::any(), 0.0);
         let mut call = Call {
             world: &checker.world,
-            order: &checker.order.pairs,
+            order: &checker.order.sorted,
             facts: &mut checker.order.facts,
             room: &mut checker.room,
             deadline: take(deadline),

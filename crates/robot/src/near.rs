@@ -1,5 +1,9 @@
 //! The first filter: which pairs of shapes may be near each other, eight moving shapes at a time.
+//!
+//! Shapes that stand still are grouped by sixteen. They are tested only against the moving shapes
+//! that are near the box of their group.
 
+use punctual::glam::{DMat3, DVec3};
 use punctual_geom::lanes::{Column, F8, Instructions, Kernel, Lanes};
 
 use crate::placement::StillBox;
@@ -14,6 +18,9 @@ const SLACK: f64 = 64.0 / (1u32 << 24) as f64;
 /// Below this size, in metres, squares in f32 would underflow, so every pair counts as near.
 const SMALLEST: f64 = 1e-10;
 
+/// Shapes that stand still in a group.
+const GROUP: usize = 16;
+
 /// The first shape of a pair, in the form that the filter needs.
 #[derive(Clone, Copy, Debug)]
 enum First {
@@ -24,61 +31,50 @@ enum First {
     Sphere(usize),
 }
 
-impl First {
-    fn new(world: &World, shape: u32, still: Option<StillBox>) -> Self {
-        match still {
-            Some((back, centre, half)) => {
-                let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
-                Self::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
-            }
-            None => Self::Sphere(world.column(shape)),
-        }
+impl From<StillBox> for First {
+    fn from((back, centre, half): StillBox) -> Self {
+        let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
+        Self::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
     }
 }
 
-/// The pairs of one first shape.
+/// The pairs of one first shape, or of a group of them.
 #[derive(Clone, Copy, Debug)]
 struct Row {
-    shape: u32,
     first: First,
+    shape: u32,
     /// The most by which the margin of a pair is more than what the lanes have of it.
     margin: f32,
 }
 
 impl Row {
-    /// A shape that is the first of no pair.
-    fn empty(shape: u32) -> Self {
-        Self {
-            shape,
-            first: First::Sphere(0),
-            margin: f32::NEG_INFINITY,
-        }
-    }
-
-    fn new(world: &World, pair: &Pair) -> Self {
-        let is_moving = world.shapes[pair.a as usize].body != 0;
+    fn new(world: &World, pair: &Pair, still: Option<StillBox>) -> Self {
         let in_lanes = |shape: u32| world.shapes[shape as usize].margins.iter().sum::<f64>();
-        let of_first = if is_moving { in_lanes(pair.a) } else { 0.0 };
+        let (first, of_first) = match still {
+            Some(still) => (First::from(still), 0.0),
+            None => (First::Sphere(world.column(pair.a)), in_lanes(pair.a)),
+        };
         Self {
+            first,
             shape: pair.a,
-            first: First::Sphere(0),
             margin: (pair.margin - in_lanes(pair.b) - of_first) as f32,
         }
     }
 }
 
-/// Tells of each pair whether it is near.
+/// Tells which pairs are near.
 #[derive(Debug, Default)]
 pub(crate) struct Near {
     /// `None` before there is a world.
     instructions: Option<Instructions>,
     /// Spheres of the moving shapes, in lanes: x, y, z and radius.
     spheres: Vec<[[f32; LANES]; 4]>,
-    firsts: Vec<Row>,
-    /// A row of bits for each shape, with one bit for each moving shape. It is used if the shape is
-    /// the first of a pair.
-    bits: Vec<u8>,
-    slack: f32,
+    moving: Vec<Row>,
+    /// Those that stand still, and boxes of each [`GROUP`] of them.
+    still: Vec<Row>,
+    groups: Vec<Row>,
+    /// Room for the row of each shape.
+    rows: Vec<Option<Row>>,
 }
 
 impl Near {
@@ -87,41 +83,64 @@ impl Near {
         self.instructions.get_or_insert_with(Instructions::detect);
         self.spheres
             .resize(world.stride() / LANES, [[0.0; LANES]; 4]);
-        self.fit(world);
-        self.firsts.clear();
-        let rows = 0..world.shapes.len() as u32;
-        self.firsts.extend(rows.map(Row::empty));
+        self.rows.resize(world.shapes.len(), None);
         for pair in &world.pairs {
-            let margin = Row::new(world, pair).margin;
-            let row = &mut self.firsts[pair.a as usize];
-            row.margin = row.margin.max(margin);
+            let row = &mut self.rows[pair.a as usize];
+            let new = Row::new(world, pair, still(pair.a));
+            let margin = row.map_or(new.margin, |row| row.margin.max(new.margin));
+            *row = Some(Row { margin, ..new });
         }
-        self.firsts.retain(|row| row.margin != f32::NEG_INFINITY);
-        for row in &mut self.firsts {
-            row.first = First::new(world, row.shape, still(row.shape));
+        self.still.clear();
+        self.moving.clear();
+        for row in self.rows.drain(..).flatten() {
+            let rows = match row.first {
+                First::Box(_) => &mut self.still,
+                First::Sphere(_) => &mut self.moving,
+            };
+            rows.push(row);
+        }
+        gather(&mut self.still);
+        self.groups.clear();
+        for group in 0..self.still.len().div_ceil(GROUP) {
+            self.regroup(group, &still);
         }
     }
 
     /// Takes over a shape that was moved, or one that stands still and was added behind the others.
-    pub fn update(&mut self, world: &World, shape: u32, still: Option<StillBox>) {
-        self.fit(world);
-        let first = First::new(world, shape, still);
-        match self.firsts.binary_search_by_key(&shape, |row| row.shape) {
-            Ok(at) => self.firsts[at].first = first,
-            Err(at) => {
-                let new = world.pairs.iter().rev().take_while(|pair| pair.a == shape);
-                let new = new.map(|pair| Row::new(world, pair));
-                if let Some(row) = new.max_by(|x, y| x.margin.total_cmp(&y.margin)) {
-                    self.firsts.insert(at, Row { first, ..row });
-                }
-            }
+    pub fn update(&mut self, world: &World, shape: u32, still: impl Fn(u32) -> Option<StillBox>) {
+        let Some(first) = still(shape).map(First::from) else {
+            return;
+        };
+        let at = self.still.iter().position(|row| row.shape == shape);
+        if let Some(at) = at {
+            self.still[at].first = first;
+        } else {
+            let new = world.pairs.iter().rev().take_while(|pair| pair.a == shape);
+            let new = new.map(|pair| Row::new(world, pair, still(shape)));
+            let Some(row) = new.max_by(|x, y| x.margin.total_cmp(&y.margin)) else {
+                return;
+            };
+            self.still.push(row);
         }
+        self.regroup(at.unwrap_or(self.still.len() - 1) / GROUP, still);
     }
 
-    /// Makes room for a row of bits for each shape.
-    fn fit(&mut self, world: &World) {
-        let chunks = world.stride() / LANES;
-        self.bits.resize(chunks * world.shapes.len(), 0);
+    /// Bounds a group, which may be new.
+    fn regroup(&mut self, group: usize, still: impl Fn(u32) -> Option<StillBox>) {
+        let rows = self.still.chunks(GROUP).nth(group).unwrap_or_default();
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (back, centre, half) in rows.iter().filter_map(|row| still(row.shape)) {
+            let axes = [back.x_axis, back.y_axis, back.z_axis];
+            let half = DVec3::from_array(axes.map(|axis| axis.abs().dot(half)));
+            (low, high) = (low.min(centre - half), high.max(centre + half));
+        }
+        let row = Row {
+            first: First::from((DMat3::IDENTITY, (low + high) / 2.0, (high - low) / 2.0)),
+            shape: u32::MAX,
+            margin: rows.iter().map(|row| row.margin).fold(0.0, f32::max),
+        };
+        self.groups.resize(self.groups.len().max(group + 1), row);
+        self.groups[group] = row;
     }
 
     /// Places the sphere of a moving shape, thickened by its margins.
@@ -133,69 +152,131 @@ impl Near {
         }
     }
 
-    /// Tests all pairs. `size` bounds the coordinates, radii and margins of what is placed.
-    pub fn test(&mut self, size: f64) {
-        if size < SMALLEST {
-            return self.bits.fill(u8::MAX);
+    /// Sets the bits of pairs that are not proven apart: `ranks` tells the bit of the pair of each
+    /// slot. `size` bounds the coordinates, radii and margins of what is placed.
+    pub fn list(&self, size: f64, ranks: &[u32], found: &mut [u64]) {
+        let list = List {
+            near: self,
+            ranks,
+            found,
+            slack: (SLACK * size) as f32,
+        };
+        match self.instructions {
+            Some(instructions) if size >= SMALLEST => instructions.run(list),
+            _ => {
+                for &rank in ranks.iter().filter(|&&rank| rank != u32::MAX) {
+                    found[rank as usize / 64] |= 1 << (rank % 64);
+                }
+            }
         }
-        self.slack = (SLACK * size) as f32;
-        if let Some(instructions) = self.instructions {
-            instructions.run(self);
-        }
-    }
-
-    /// False proves that the pair is apart.
-    #[inline]
-    pub fn is(&self, slot: u32) -> bool {
-        self.bits[slot as usize / LANES] >> (slot as usize % LANES) & 1 > 0
     }
 }
 
-impl Kernel for &mut Near {
+/// Orders boxes so that neighbours are near each other and alike in size, by halves.
+fn gather(rows: &mut [Row]) {
+    if rows.len() <= GROUP {
+        return;
+    }
+    let key = |row: &Row, axis: usize| match row.first {
+        First::Box([.., centre, half]) => {
+            let [x, y, z] = centre;
+            [x, y, z, half[0].max(half[1]).max(half[2])][axis]
+        }
+        First::Sphere(_) => 0.0,
+    };
+    let spread = |axis: &usize| {
+        let keys = || rows.iter().map(|row| key(row, *axis));
+        keys().fold(f32::NEG_INFINITY, f32::max) - keys().fold(f32::INFINITY, f32::min)
+    };
+    let widest = (0..4).max_by(|x, y| spread(x).total_cmp(&spread(y)));
+    let (axis, middle) = (
+        widest.unwrap_or(0),
+        (rows.len() / 2).next_multiple_of(GROUP),
+    );
+    if middle < rows.len() {
+        rows.select_nth_unstable_by(middle, |x, y| key(x, axis).total_cmp(&key(y, axis)));
+        let (low, high) = rows.split_at_mut(middle);
+        gather(low);
+        gather(high);
+    }
+}
+
+struct List<'l> {
+    near: &'l Near,
+    ranks: &'l [u32],
+    found: &'l mut [u64],
+    slack: f32,
+}
+
+impl List<'_> {
+    /// A bit for each moving shape of a chunk that may be near a box or sphere.
+    #[inline(always)]
+    fn test<L: Lanes>(&self, lanes: L, row: &Row, chunk: usize) -> u32 {
+        let splat = |x| F8::splat(lanes, x);
+        let (zero, slack) = (splat(0.0), splat(self.slack + row.margin));
+        let spheres = &self.near.spheres;
+        let [x, y, z, r] = spheres[chunk].each_ref().map(|row| F8::load(lanes, row));
+        let (squared, reach) = match row.first {
+            First::Box([u, v, w, c, h]) => {
+                let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));
+                let u = splat(u[0]) * x + splat(u[1]) * y + splat(u[2]) * z;
+                let v = splat(v[0]) * x + splat(v[1]) * y + splat(v[2]) * z;
+                let w = splat(w[0]) * x + splat(w[1]) * y + splat(w[2]) * z;
+                let u = (u.abs() - splat(h[0])).max(zero);
+                let v = (v.abs() - splat(h[1])).max(zero);
+                let w = (w.abs() - splat(h[2])).max(zero);
+                (u * u + v * v + w * w, r + slack)
+            }
+            First::Sphere(column) => {
+                let (at, lane) = (&spheres[column / LANES], column % LANES);
+                let x = x - splat(at[0][lane]);
+                let y = y - splat(at[1][lane]);
+                let z = z - splat(at[2][lane]);
+                let radii = r + splat(at[3][lane]);
+                (x * x + y * y + z * z, radii + slack)
+            }
+        };
+        // NaN counts as near.
+        !(reach * reach).less(squared).mask() & 0xFF
+    }
+
+    /// Lists the pairs of a shape with the moving shapes of a chunk.
+    #[inline(always)]
+    fn list<L: Lanes>(&mut self, lanes: L, row: &Row, chunk: usize) {
+        let mut bits = self.test(lanes, row, chunk);
+        let first = (row.shape as usize * self.near.spheres.len() + chunk) * LANES;
+        while bits != 0 {
+            let rank = self.ranks[first + bits.trailing_zeros() as usize];
+            if rank != u32::MAX {
+                self.found[rank as usize / 64] |= 1 << (rank % 64);
+            }
+            bits &= bits - 1;
+        }
+    }
+}
+
+impl Kernel for List<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
-        let splat = |x| F8::splat(lanes, x);
-        let zero = splat(0.0);
-        for &Row {
-            shape,
-            first,
-            margin,
-        } in &self.firsts
-        {
-            let slack = splat(self.slack + margin);
-            let row = shape as usize * self.spheres.len();
+    fn run<L: Lanes>(mut self, lanes: L) {
+        let (near, chunks) = (self.near, self.near.spheres.len());
+        for row in &near.moving {
             // In a pair of moving shapes, the second comes after the first.
-            let begin = match first {
-                First::Sphere(column) => column / LANES,
-                First::Box(_) => 0,
+            let First::Sphere(column) = row.first else {
+                continue;
             };
-            for chunk in begin..self.spheres.len() {
-                let spheres = &self.spheres[chunk];
-                let [x, y, z, r] = spheres.each_ref().map(|row| F8::load(lanes, row));
-                let (squared, reach) = match first {
-                    First::Box([u, v, w, c, h]) => {
-                        let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));
-                        let u = splat(u[0]) * x + splat(u[1]) * y + splat(u[2]) * z;
-                        let v = splat(v[0]) * x + splat(v[1]) * y + splat(v[2]) * z;
-                        let w = splat(w[0]) * x + splat(w[1]) * y + splat(w[2]) * z;
-                        let u = (u.abs() - splat(h[0])).max(zero);
-                        let v = (v.abs() - splat(h[1])).max(zero);
-                        let w = (w.abs() - splat(h[2])).max(zero);
-                        (u * u + v * v + w * w, r + slack)
+            for chunk in column / LANES..chunks {
+                self.list(lanes, row, chunk);
+            }
+        }
+        for (group, rows) in near.groups.iter().zip(near.still.chunks(GROUP)) {
+            for chunk in 0..chunks {
+                if self.test(lanes, group, chunk) != 0 {
+                    for row in rows {
+                        self.list(lanes, row, chunk);
                     }
-                    First::Sphere(column) => {
-                        let (at, lane) = (&self.spheres[column / LANES], column % LANES);
-                        let x = x - splat(at[0][lane]);
-                        let y = y - splat(at[1][lane]);
-                        let z = z - splat(at[2][lane]);
-                        let radii = r + splat(at[3][lane]);
-                        (x * x + y * y + z * z, radii + slack)
-                    }
-                };
-                // NaN counts as near.
-                self.bits[row + chunk] = !(reach * reach).less(squared).mask() as u8;
+                }
             }
         }
     }

@@ -26,13 +26,14 @@ pub(crate) struct Placement {
     near: Near,
     /// The time for which obstacles that move by themselves are placed.
     time: f64,
-    /// Size of what stands still.
+    /// Sizes of what stands still, and of all.
     still_size: f64,
+    size: f64,
     /// Absolute slack of the filters, in metres.
     pub slack: f64,
-    /// For each shape, bounds of how far its points move, by the first joint of its chain that
-    /// moves.
-    ways: Vec<f64>,
+    /// For each shape, bounds of how far its points move, and of their acceleration, by the first
+    /// joint of its chain that moves.
+    ways: Vec<[f64; 2]>,
 }
 
 /// A shape in the world. One that moves is placed when it is asked for; one that stands still is
@@ -105,7 +106,8 @@ impl Placement {
         for shape in &world.shapes {
             self.shapes.push(Placed::new(shape, self.ways.len()));
             let chain = world.chain(shape.body);
-            self.ways.resize(self.ways.len() + chain.len() + 1, 0.0);
+            self.ways
+                .resize(self.ways.len() + chain.len() + 1, [0.0; 2]);
         }
         self.placed = 0;
         self.bodies.clear();
@@ -114,8 +116,8 @@ impl Placement {
             Transform::IDENTITY,
         );
         self.measure_still();
-        self.near
-            .sync(world, |shape| self.shapes[shape as usize].still);
+        let still = |shape: u32| self.shapes[shape as usize].still;
+        self.near.sync(world, still);
     }
 
     /// Takes over a shape that was moved, or added behind the others: the only change since the
@@ -133,10 +135,11 @@ impl Placement {
                 let placed = Placed::new(shape, self.ways.len());
                 self.still_size = self.still_size.max(placed.size());
                 self.shapes.push(placed);
-                self.ways.push(0.0);
+                self.ways.push([0.0; 2]);
             }
         }
-        self.near.update(world, at as u32, self.shapes[at].still);
+        let still = |shape: u32| self.shapes[shape as usize].still;
+        self.near.update(world, at as u32, still);
     }
 
     fn measure_still(&mut self) {
@@ -171,7 +174,7 @@ impl Placement {
             self.near.put(column, [c.x, c.y, c.z, radius]);
         }
         self.slack = SLACK * size;
-        self.near.test(size);
+        self.size = size;
         self.placed += 1;
     }
 
@@ -187,11 +190,10 @@ impl Placement {
         shape.place
     }
 
-    /// False proves that the shapes are farther apart than their margin: by a sphere around each,
-    /// or the box of a shape that stands still.
-    #[inline]
-    pub fn is_near(&self, slot: u32) -> bool {
-        self.near.is(slot)
+    /// Lists the pairs that are not proven apart by a sphere around each shape, or the box of one
+    /// that stands still, as [`Near::list`].
+    pub fn list(&mut self, ranks: &[u32], found: &mut [u64]) {
+        self.near.list(self.size, ranks, found);
     }
 
     /// A lower bound of what is left of the distance above the margin, by spheres, or the box of a
@@ -279,6 +281,21 @@ impl Placement {
         (of_a + of_b) * (1.0 + 1e-9) + ways
     }
 
+    /// The most by which the second shape of a pair is off a straight line from the beginning of
+    /// the interval of [`Placement::reach`] to its end, seen from the first, apart from its turn
+    /// about its middle. Infinite if the first one moves.
+    ///
+    /// Between two points that it leaves and reaches at the same times, a path with an acceleration
+    /// of at most `k` is off the line by at most `k / 8` times the square of the duration, which is
+    /// 2 here.
+    pub fn bend(&self, pair: &Pair) -> f64 {
+        let [a, b] = [pair.a, pair.b].map(|i| self.shapes[i as usize].ways + pair.common as usize);
+        if pair.is_timed || self.ways[a][0] > 0.0 {
+            return f64::INFINITY;
+        }
+        0.5 * self.ways[b][1] * (1.0 + 1e-9)
+    }
+
     /// An upper bound of how far the points of a shape move, if joints of its chain from `from` on
     /// move.
     ///
@@ -309,7 +326,7 @@ impl Placement {
             let half = [0, 1, 2].map(|i| r.col(i) * inner.half[i]);
             let (mut sum, mut levers, mut bend, mut rounding) = (0.0, 0.0, 0.0, 0.0);
             let (mut turn, mut speed) = (DVec3::ZERO, DVec3::ZERO);
-            self.ways[ways + chain.len()] = 0.0;
+            self.ways[ways + chain.len()] = [0.0; 2];
             for (k, &body) in chain.iter().enumerate().rev() {
                 let Move {
                     way,
@@ -343,10 +360,10 @@ impl Placement {
                     }
                 }
                 let fastest = farthest(speed, half.map(|h| turn.cross(h)));
-                self.ways[ways + k] = sum.min(fastest + 0.5 * bend + rounding);
+                self.ways[ways + k] = [sum.min(fastest + 0.5 * bend + rounding), bend];
             }
         }
-        self.ways[ways + from as usize]
+        self.ways[ways + from as usize][0]
     }
 }
 

@@ -75,7 +75,7 @@ impl Question for Contacts {
 const DEFAULT_ROOM: usize = 4096;
 
 /// No two points are farther apart than this.
-const LARGEST_MARGIN: f64 = 1024.0 * COORDINATE_LIMIT;
+pub(crate) const LARGEST_MARGIN: f64 = 1024.0 * COORDINATE_LIMIT;
 
 impl<'t> Query<'t, Contacts> {
     /// Asks for the contacts of the meshes of `a` and `b`, where `b_in_a` maps B's coordinates into

@@ -20,7 +20,9 @@ use wide::f32x4;
 
 /// Selects boxes closer than `cut`. Keys are squared lower bounds of distances, or minus the
 /// overlap depth.
-pub(crate) struct Gaps<'r> {
+///
+/// With `DIRECTED` false no direction is known, and nothing is compared along one.
+pub(crate) struct Gaps<'r, const DIRECTED: bool = true> {
     /// Pairs at this squared distance or beyond are of no interest.
     pub cut: f32,
     /// Least gap, margin included, of a pair in doubt: it may be of interest only by its margin.
@@ -119,7 +121,7 @@ impl Direction {
     }
 }
 
-impl<'r> Gaps<'r> {
+impl<'r, const DIRECTED: bool> Gaps<'r, DIRECTED> {
     pub fn new(cut: f32, doubt: f32, relative: &'r RelativePose, direction: Direction) -> Self {
         let (swell, least, zero) = (1.0, f32::NEG_INFINITY, f32x4::ZERO);
         Self {
@@ -142,6 +144,9 @@ impl<'r> Gaps<'r> {
     /// axes. Their sum is a depth.
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, is_a: bool, boxes: &Boxes<L>, seen: &Boxes<L>) -> F8<L> {
+        if !DIRECTED {
+            return F8::splat(lanes, 0.0);
+        }
         let in_a = splat(lanes, self.in_a);
         if is_a {
             dot(in_a, boxes.center) + dot(splat(lanes, self.in_a.abs()), boxes.half)
@@ -154,7 +159,9 @@ impl<'r> Gaps<'r> {
     /// [`Gaps::along`] for the own box of a node.
     #[inline(always)]
     fn along_one(&self, is_a: bool, (center, half): (f32x4, f32x4), view: &View) -> f32 {
-        if is_a {
+        if !DIRECTED {
+            0.0
+        } else if is_a {
             dot_one(self.in_a, center) + dot_one(self.in_a.abs(), half)
         } else {
             dot_one(self.in_b.abs(), half) - dot_one(self.in_a, view.point(center)) + self.margin
@@ -174,10 +181,14 @@ impl<'r> Gaps<'r> {
     }
 }
 
-impl Measure for Gaps<'_> {
+impl<const DIRECTED: bool> Measure for Gaps<'_, DIRECTED> {
     const IS_LARGE: bool = true;
     const WORK: [u64; 2] = [WORK_PER_EXPANSION, 2];
-    const REFINED: Option<(u32, u64)> = Some((MANY, WORK_PER_LEAVES));
+    const REFINED: Option<(u32, u64)> = if DIRECTED {
+        Some((MANY, WORK_PER_LEAVES))
+    } else {
+        None
+    };
 
     type Along<L: Lanes> = V8<L>;
 
@@ -191,7 +202,9 @@ impl Measure for Gaps<'_> {
         if self.swell < 1.0 {
             return true;
         }
-        (self.in_a, self.in_b) = views.direction(node_a, self.direction.unit);
+        if DIRECTED {
+            (self.in_a, self.in_b) = views.direction(node_a, self.direction.unit);
+        }
         self.margin = 2.0 * views.of_b.margin.as_array()[0];
         let scale = f32x4::splat(relative.scale);
         let a = (node_a.own_center, node_a.own_half);
@@ -208,7 +221,11 @@ impl Measure for Gaps<'_> {
             self.least = larger(self.least, key);
         }
         // The gap along the direction contains the margin twice.
-        self.in_doubt = larger(gap, along + 0.5 * self.margin) > self.doubt;
+        self.in_doubt = if DIRECTED {
+            larger(gap, along + 0.5 * self.margin) > self.doubt
+        } else {
+            gap > self.doubt
+        };
         self.least < self.cut
     }
 
@@ -220,7 +237,8 @@ impl Measure for Gaps<'_> {
     #[inline(always)]
     fn is_parted(&mut self, [a, b]: [&Node; 2], views: &Views, relative: &RelativePose) -> bool {
         self.reaches_cut(close_boxes::gap(a, b, views, relative))
-            || self.reaches_cut(close_boxes::gap_along(a, b, relative, self.direction.unit))
+            || DIRECTED
+                && self.reaches_cut(close_boxes::gap_along(a, b, relative, self.direction.unit))
     }
 
     #[inline(always)]
@@ -259,9 +277,12 @@ impl Measure for Gaps<'_> {
         let zero = F8::splat(lanes, 0.0);
         let ([square, depth], [other_square, other_depth]) =
             (measure(lanes, in_x), measure(lanes, in_y));
-        let ahead = along.min(zero);
-        let square = square.max(other_square).max(ahead * ahead);
-        let depth = depth.min(other_depth).min(along).max(zero);
+        let (mut square, mut depth) = (square.max(other_square), depth.min(other_depth));
+        if DIRECTED {
+            let ahead = along.min(zero);
+            (square, depth) = (square.max(ahead * ahead), depth.min(along));
+        }
+        let depth = depth.max(zero);
         (square * F8::splat(lanes, self.shrink) - depth).max(F8::splat(lanes, self.least))
     }
 

@@ -2,7 +2,7 @@
 
 mod closest_pairs;
 pub(crate) mod estimate;
-mod gaps;
+pub(crate) mod gaps;
 pub(crate) mod halves;
 pub(crate) mod interval;
 mod lone;

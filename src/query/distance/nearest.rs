@@ -15,7 +15,7 @@ use super::interval::Interval;
 use super::lone::Lone;
 use super::search::{Bounded, DIVE, Search, Waiting, root};
 use crate::engine::boxes::RelativePose;
-use crate::engine::expand::{Keys, Sink, expand, key_of, node};
+use crate::engine::expand::{Keys, LeafRows, Sink, expand, key_of, node};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
@@ -118,7 +118,8 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
         let (question, relative) = (&self.question, self.relative);
-        let mut gaps = Gaps::new(question.cut, question.doubt, relative, question.direction);
+        let mut gaps =
+            Gaps::<true>::new(question.cut, question.doubt, relative, question.direction);
         match self.origin {
             Origin::Dive => {
                 self.question.guess = f32::INFINITY;
@@ -208,7 +209,14 @@ impl<const POINTS: bool> Sink for Traversal<'_, '_, Nearness, POINTS> {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]) {
+    fn triangles<'t, L: Lanes>(
+        &mut self,
+        _: L,
+        hits: u64,
+        key: impl Fn(usize) -> f32,
+        first: [u32; 2],
+        _: impl FnOnce() -> LeafRows<'t>,
+    ) {
         let search = &mut self.workspace.state.distance;
         search.wait(hits, first, key);
         if search.is_diving {

@@ -59,8 +59,8 @@ pub(crate) struct Search {
     /// the end of a call.
     pub dropped: f32,
     pub halves: Halves,
-    /// If a body is lone ([`Lone`](super::lone::Lone)): true if it is A. The pairs of the frontier are
-    /// nodes of the other tree, with keys.
+    /// If a body is lone ([`Lone`](super::lone::Lone)), true if it is A. The pairs of the frontier
+    /// are nodes of the other tree, with keys.
     pub lone: Option<bool>,
     /// Number of pairs that wait from which on they are tested.
     pub batch: usize,

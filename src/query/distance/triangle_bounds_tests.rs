@@ -10,9 +10,9 @@ use crate::mesh::Mesh;
 use crate::tree::{BuildOptions, Tree, WIDTH};
 use glam::{DMat3, DQuat, DVec3};
 use punctual_geom::Pose;
-use punctual_geom::lanes::{Instructions, Kernel, Lanes};
+use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes};
 use punctual_geom::random::Random;
-use punctual_geom::triangle::distance::{Distances, closest, distances};
+use punctual_geom::triangle::distance::{Around, Distances, closest, distances};
 
 #[path = "../../../tests/common/exact_distance.rs"]
 mod exact_distance;
@@ -193,4 +193,81 @@ fn bounds_are_tight_where_numbers_are_good() {
             );
         }
     }
+}
+
+/// The bounds of eight points of a cloud around eight triangles.
+struct Near<'q>([&'q Tree; 2], &'q RelativePose, [[usize; WIDTH]; 2]);
+
+impl Kernel for Near<'_> {
+    type Output = [[[f32; WIDTH]; 2]; WIDTH];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+        let Self([cloud, b], relative, [i, j]) = self;
+        let points = cloud.points(i.map(|i| i as u32));
+        let triangles = j.map(|j| &b.triangles()[j].0);
+        let around = Around::new(lanes, &points[0].0, triangles, &relative.triangles);
+        let bounds = |point: &crate::tree::Triangle| {
+            let at =
+                |rows: &[[f32; 4]; 3], k: usize| f64::from(rows[0][k]) + f64::from(rows[2][k + 1]);
+            let to = from_fn(|k| (at(&point.0, k) - at(&points[0].0, k)) as f32);
+            around.bounds(lanes, to).map(F8::store)
+        };
+        points.each_ref().map(bounds)
+    }
+}
+
+#[test]
+fn points_are_between_their_bounds() {
+    let mut random = Random::new(3);
+    let mut proven = 0;
+    for round in 0..900 {
+        let mut soup = |reach: f64| Soup {
+            center: vector(&mut random) * [0.0, 1.0, 1e3, 1e8][round % 4] * reach,
+            reach,
+            size: [0.3, 1e-2, 1e-4, 1e-6][round / 4 % 4],
+            width: [1.0, 1.0, 1e-4, 0.0][round / 16 % 4],
+        };
+        let ratio = f64::exp2([0.0, 3.0, -10.0, 20.0, -29.0, 29.0, 40.0][round / 3 % 7]);
+        let (a, b) = (soup(1.0), soup(ratio));
+        let tree = b.tree(&mut random);
+        let drift = [0.0, 1e-7, 1e-3][round % 3];
+        let pose = pose(&a, &b, drift, &mut random);
+        // Some points are near triangles, on all scales, so that no bound is only large.
+        let points = (0..64).map(|_| {
+            let [p, q, r] = corners(&tree, random.bits() as usize % 64);
+            let on = p.lerp(q, random.fraction()).lerp(r, random.fraction());
+            let off = b.reach * f64::exp2(-random.between(0.0, 40.0));
+            pose.transform_point(on) + vector(&mut random) * off
+        });
+        let points: Vec<_> = points.collect();
+        let cloud = Tree::from_points_f64(points.iter().copied()).unwrap();
+        let relative = RelativePose::new(&cloud, &tree, &pose);
+        let first = random.bits() as usize % 8 * 8;
+        let chosen = [
+            from_fn(|i| first + i),
+            from_fn(|_| random.bits() as usize % 64),
+        ];
+        let [fast, portable] = [Instructions::detect(), Instructions::PORTABLE]
+            .map(|set| set.run(Near([&cloud, &tree], &relative, chosen)));
+        let bits = |bounds: &[[[f32; WIDTH]; 2]; WIDTH]| {
+            bounds.map(|of_point| of_point.map(|bound| bound.map(f32::to_bits)))
+        };
+        assert_eq!(bits(&fast), bits(&portable));
+        for (i, of_point) in fast.iter().enumerate() {
+            let point = corners(&cloud, chosen[0][i]);
+            for lane in 0..WIDTH {
+                let triangle = corners(&tree, chosen[1][lane]).map(|v| pose.transform_point(v));
+                let exact = Distance::of(&point, &triangle);
+                let [low, high] = of_point.map(|bound| f64::from(bound[lane]));
+                let [low, high] = [low, high].map(|bound| bound * relative.unit);
+                assert_ne!(exact.order_of(low), Ordering::Greater, "{low:e} {round}");
+                if high.is_finite() && relative.shrink > 0.0 {
+                    assert_ne!(exact.order_of(high), Ordering::Less, "{high:e} {round}");
+                    proven += u32::from(high - low < 1e-4 * high);
+                }
+            }
+        }
+    }
+    assert!(proven > 30_000, "{proven}");
 }

@@ -5,7 +5,7 @@
 //! ([`trace`](super::trace)) before the frontier reaches them are not tested again.
 
 use crate::engine::boxes::overlap::Overlap;
-use crate::engine::expand::{Keys, Sink, expand, key_of, node};
+use crate::engine::expand::{Keys, LeafRows, Sink, expand, key_of, node};
 use crate::engine::frontier::order::Order;
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::options::{Mode, Options};
@@ -255,7 +255,14 @@ impl<const POINTS: bool> Sink for Traversal<'_, '_, Meeting<'_>, POINTS> {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, mut hits: u64, depth: impl Fn(usize) -> f32, first: [u32; 2]) {
+    fn triangles<'t, L: Lanes>(
+        &mut self,
+        _: L,
+        mut hits: u64,
+        depth: impl Fn(usize) -> f32,
+        first: [u32; 2],
+        _: impl FnOnce() -> LeafRows<'t>,
+    ) {
         if self.strategy.trace != Tracing::Never
             && hits != 0
             && !self.workspace.state.intersection.trace.known.is_empty()

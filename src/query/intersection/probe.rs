@@ -6,7 +6,7 @@
 
 use crate::engine::boxes::overlap::Overlap;
 use crate::engine::boxes::relative_pose::{RelativePose, Views};
-use crate::engine::expand::{Sink, expand};
+use crate::engine::expand::{LeafRows, Sink, expand};
 use crate::engine::frontier::Pair;
 use crate::engine::outcome::Stats;
 use crate::model::frontier::FrontierSummary;
@@ -174,7 +174,14 @@ impl Sink for Children {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, hits: u64, _depth: impl Fn(usize) -> f32, first: [u32; 2]) {
+    fn triangles<'t, L: Lanes>(
+        &mut self,
+        _: L,
+        hits: u64,
+        _depth: impl Fn(usize) -> f32,
+        first: [u32; 2],
+        _: impl FnOnce() -> LeafRows<'t>,
+    ) {
         self.triangles = (hits, first);
     }
 }

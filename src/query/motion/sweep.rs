@@ -10,7 +10,7 @@
 use super::relative_motion::{RelativeMotion, Setting};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
 use super::windows::{BEGIN, Windows};
-use crate::engine::expand::{Keys, Sink, expand};
+use crate::engine::expand::{Keys, LeafRows, Sink, expand};
 use crate::engine::frontier::{Frontier, Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
@@ -439,7 +439,14 @@ impl Sink for Children<'_> {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]) {
+    fn triangles<'t, L: Lanes>(
+        &mut self,
+        _: L,
+        hits: u64,
+        key: impl Fn(usize) -> f32,
+        first: [u32; 2],
+        _: impl FnOnce() -> LeafRows<'t>,
+    ) {
         self.search.wait(hits, first, key);
     }
 }

@@ -140,6 +140,8 @@ pub struct SignedDistance {
 pub enum PointError {
     /// The tree was not built as a solid ([`crate::BuildOptions::solid`]).
     NotSolid,
+    /// The tree is not that of a point cloud ([`Tree::from_points`]).
+    NotCloud,
     /// A coordinate is NaN or infinite.
     NotFinite {
         /// Index of the point.
@@ -161,6 +163,9 @@ impl fmt::Display for PointError {
         match self {
             Self::NotSolid => {
                 f.write_str("the tree was not built as a solid, see `BuildOptions::solid`")
+            }
+            Self::NotCloud => {
+                f.write_str("the tree is not that of a point cloud, see `Tree::from_points`")
             }
             Self::NotFinite { point, axis } => {
                 write!(f, "point {point} is not finite along axis {axis}")

@@ -4,7 +4,7 @@
 //! once.
 
 use crate::engine::boxes::overlap::Overlap;
-use crate::engine::expand::{Keys, Sink, expand};
+use crate::engine::expand::{Keys, LeafRows, Sink, expand};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::options::{Mode, Options};
 use crate::engine::outcome::{Stats, StopReason};
@@ -160,7 +160,14 @@ impl<const POINTS: bool> Sink for Traversal<'_, '_, OwnPairs<'_>, POINTS> {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, mut hits: u64, _: impl Fn(usize) -> f32, first: [u32; 2]) {
+    fn triangles<'t, L: Lanes>(
+        &mut self,
+        _: L,
+        mut hits: u64,
+        _: impl Fn(usize) -> f32,
+        first: [u32; 2],
+        _: impl FnOnce() -> LeafRows<'t>,
+    ) {
         if self.question.is_same {
             hits &= FORWARD;
         }

@@ -18,6 +18,7 @@ mod rays;
 mod robot;
 mod run;
 mod scene;
+mod shapes;
 mod sweep;
 mod view;
 #[path = "../../../io/tests/write/mod.rs"]

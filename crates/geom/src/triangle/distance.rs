@@ -16,16 +16,19 @@
 //! directions, nine tenths of a gap of 1e-4 times the size of the triangles are proven in `f32`.
 //!
 //! - [`distances`]: eight pairs at a time in `f32`, from the triangles of two trees.
+//! - [`Around`]: a point and eight triangles in `f32`, both bounds.
 //! - [`closest`]: one pair in `f64`, with the points.
 //! - [`closest_to_point`]: a triangle and a point in `f64`.
 //!
 //! `docs/numerics.md` derives all error bounds. Every routine takes constant time.
 
+mod around;
 mod batch;
 mod exhaustive;
 mod pair;
 mod point;
 
+pub use around::Around;
 pub use batch::Pair;
 pub use batch::{Distances, Places, distances};
 pub use exhaustive::closest_or_meeting;

@@ -76,13 +76,13 @@ pub fn distances<L: Lanes>(
 
 /// Least squared length of an edge (A's units squared). Shorter edges have no known length; their
 /// squared length is raised to this.
-const LEAST_SQUARE: f32 = 1e-28;
+pub(super) const LEAST_SQUARE: f32 = 1e-28;
 /// 2^90. If the error bound of a gap is less than this, no term of the gap is near overflow.
-const LARGEST_ERROR: f32 = f32::from_bits((127 + 90) << 23);
+pub(super) const LARGEST_ERROR: f32 = f32::from_bits((127 + 90) << 23);
 
 /// `a` where the mask is set, else `b`.
 #[inline(always)]
-fn select<L: Lanes>(mask: F8<L>, a: V8<L>, b: V8<L>) -> V8<L> {
+pub(super) fn select<L: Lanes>(mask: F8<L>, a: V8<L>, b: V8<L>) -> V8<L> {
     per_axis!(k => mask.select(a[k], b[k]))
 }
 
@@ -94,7 +94,7 @@ fn reach<L: Lanes>([a, b]: [V8<L>; 2]) -> V8<L> {
 
 /// Clamps `x` to 0..=1.
 #[inline(always)]
-fn clamped<L: Lanes>(lanes: L, x: F8<L>) -> F8<L> {
+pub(super) fn clamped<L: Lanes>(lanes: L, x: F8<L>) -> F8<L> {
     x.max(F8::splat(lanes, 0.0)).min(F8::splat(lanes, 1.0))
 }
 
