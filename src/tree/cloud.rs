@@ -6,16 +6,17 @@
 //! stored nodes on are those of the blocks. A point is a triangle without extent, so every question
 //! that can be asked about a mesh has the same proofs for a cloud.
 
+use super::alpha::log_alpha;
 use super::binary;
 use super::collapse::Plan;
-use super::eight::Eight;
+use super::eight::present;
 use super::extremes::Extremes;
 use super::fit::Extent;
 use super::fork::Pieces;
 use super::options::Effort;
 use super::orientation::Orientation;
-use super::profile::{LevelProfile, Levels, Profiles};
-use super::update::{keep, leaf, set_own};
+use super::profile::{Levels, Profiles};
+use super::update::{keep, set_own};
 use super::validate::TreeFault;
 use super::wide::{Node, WIDTH};
 use super::{Tree, TreeFileError, Triangle, Unit, next_identity};
@@ -23,8 +24,8 @@ use crate::mesh::{Mesh, MeshError, Vertices};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
-use glam::{DVec3, Vec3A};
-use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
+use glam::{DVec3, Vec3, Vec3A};
+use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes, per_lane};
 
 /// Where the points of each block are in tree order: eight for each block, but fewer for one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -278,23 +279,27 @@ impl Tree {
         let range = self.block(number);
         let last = range.end - 1;
         let points = self.points(per_lane!(i => last.min(range.start + i as u32)));
+        let count = range.end - range.start;
+        let levels = LEVELS[count as usize % LEVELS.len()];
+        let rows = per_lane!(i => &points[i].0[0]);
+        let [x, y, z, _] = F8::columns(lanes, rows);
+        let own = Extent::of([x, y, z]);
+        let exists = present(lanes, count as usize);
         let mut node = Node {
             first_child: range.start,
             first_triangle: range.start,
-            triangles: range.end - range.start,
-            children: (range.end - range.start) as u8,
+            triangles: count,
+            children: count as u8,
             is_leaf: true,
             height: 1,
-            levels: LEVELS[(range.end - range.start) as usize % LEVELS.len()],
+            levels,
+            center: [x, y, z].map(|x| (x * exists).halves()),
+            self_cost: (count * count) as f32,
             ..Node::default()
         };
         node.set_orientation(&Orientation::IDENTITY);
-        let mut levels = [LevelProfile::default(); 2];
-        let levels = &mut Levels {
-            levels: &mut levels,
-            first: 0,
-        };
-        leaf(lanes, &mut node, &Eight::of_chunk(lanes, &points), levels);
+        set_own(&mut node, &own);
+        node.log_alpha = log_alpha(Vec3::ZERO, node.extent(), levels);
         Leaf { node, points }
     }
 

@@ -34,6 +34,15 @@ impl Extent {
         max: Vec3A::NEG_INFINITY,
     };
 
+    /// The box around eight points.
+    #[inline(always)]
+    pub fn of<L: Lanes>(points: V8<L>) -> Self {
+        Self {
+            min: least(points).into(),
+            max: greatest(points).into(),
+        }
+    }
+
     #[inline(always)]
     pub fn add(&mut self, point: Vec3A) {
         (self.min, self.max) = (self.min.min(point), self.max.max(point));
