@@ -1,13 +1,12 @@
 //! Trees of point clouds. The leaves are blocks of eight points that are near each other, and are
 //! not stored: a query makes the leaf of a block when it opens it.
 //!
-//! Points are sorted along a Morton curve and cut into blocks; a binary SAH tree over the blocks is
+//! Points are sorted along a Hilbert curve and cut into blocks; a binary SAH tree over the blocks is
 //! collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number of
 //! stored nodes on are those of the blocks. A point is a triangle without extent, so every question
 //! that can be asked about a mesh has the same proofs for a cloud.
 
 use super::alpha::log_alpha;
-use super::binary;
 use super::collapse::Plan;
 use super::eight::present;
 use super::extremes::Extremes;
@@ -20,6 +19,7 @@ use super::update::{keep, set_own};
 use super::validate::TreeFault;
 use super::wide::{Node, WIDTH};
 use super::{Tree, TreeFileError, Triangle, Unit, next_identity};
+use super::{binary, hilbert};
 use crate::mesh::{Mesh, MeshError, Vertices};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -332,9 +332,9 @@ const LEVELS: [f32; WIDTH + 1] = [
     3.0,
 ];
 
-/// The ids of the points along a Morton curve with 2^10 cells an axis; in one cell in input order.
+/// The ids of the points along a Hilbert curve with 2^10 cells an axis; in one cell in input order.
 fn sorted(mesh: &Mesh, unit: &Unit) -> Vec<u32> {
-    const BITS: usize = 10;
+    const BITS: usize = hilbert::BITS as usize;
     const CELLS: usize = 1 << BITS;
     let half = CELLS as f64 * 0.5;
     let (mut keyed, mut counts) = (Vec::with_capacity(mesh.len()), [[0u32; CELLS]; 3]);
@@ -343,7 +343,7 @@ fn sorted(mesh: &Mesh, unit: &Unit) -> Vec<u32> {
         let [x, y, z] = cell
             .to_array()
             .map(|x| spread((x as u32).min(CELLS as u32 - 1)));
-        let code = x | y << 1 | z << 2;
+        let code = hilbert::place(x | y << 1 | z << 2);
         for (pass, counts) in counts.iter_mut().enumerate() {
             counts[(code >> (BITS * pass)) as usize % CELLS] += 1;
         }
