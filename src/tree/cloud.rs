@@ -24,7 +24,7 @@ use crate::mesh::{Mesh, MeshError, Vertices};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{DVec3, Vec3};
 use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes, per_lane};
 
 /// Where the points of each block are in tree order: eight for each block, but fewer for one.
@@ -149,7 +149,7 @@ impl Tree {
         let unit = Unit::of(&mesh);
         let sorted = sorted(&mesh, &unit);
         let last = sorted.len().div_ceil(WIDTH).saturating_sub(1) as u32;
-        let (nodes, order) = nodes_above(&mesh, &unit, &sorted);
+        let (nodes, order, boxes) = nodes_above(&mesh, &unit, &sorted);
         let partial = order.iter().position(|&block| block == last);
         let blocks = Blocks::new(sorted.len(), partial.unwrap_or(0) as u32);
         let points_of = |&block: &u32| {
@@ -160,7 +160,8 @@ impl Tree {
         order
             .iter()
             .for_each(|block| ids.extend_from_slice(points_of(block)));
-        Self::of_blocks(mesh, nodes, blocks, ids.into())
+        let boxes = order.iter().map(|&block| boxes[block as usize]).collect();
+        Self::of_blocks(mesh, nodes, blocks, ids.into(), Some(boxes))
     }
 
     /// The tree of a cloud from what its file states.
@@ -178,15 +179,17 @@ impl Tree {
             return Err(TreeFault::Children(0).into());
         }
         let blocks = Blocks::new(ids.len(), partial as u32);
-        Ok(Self::of_blocks(mesh, nodes, blocks, ids))
+        Ok(Self::of_blocks(mesh, nodes, blocks, ids, None))
     }
 
-    /// Completes the tree of a cloud from nodes over its blocks, still without boxes.
-    pub(super) fn of_blocks(
+    /// Completes the tree of a cloud from nodes over its blocks, still without boxes, and the boxes
+    /// of the blocks, if they are known.
+    fn of_blocks(
         mesh: Mesh,
         mut nodes: Box<[Node]>,
         blocks: Blocks,
         ids: Box<[u32]>,
+        boxes: Option<Vec<Extent>>,
     ) -> Self {
         let count = nodes.len() as u32;
         for node in &mut nodes {
@@ -216,7 +219,7 @@ impl Tree {
             identity,
             lineage: identity,
         };
-        tree.fit_cloud();
+        Instructions::detect().run(Fit(&mut tree, boxes.as_deref()));
         tree.built_cost = tree.profiles.cost;
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
@@ -246,7 +249,7 @@ impl Tree {
 
     /// Computes all boxes and profiles of a cloud. `O(n)`, and allocates nothing.
     pub(super) fn fit_cloud(&mut self) {
-        Instructions::detect().run(Fit(self));
+        Instructions::detect().run(Fit(self, None));
     }
 
     /// [`leaf`](Self::leaf), apart from code for stored nodes.
@@ -374,19 +377,15 @@ fn spread(x: u32) -> u32 {
 }
 
 /// Nodes over the blocks of eight of `sorted` points, still without boxes, and the order of the
-/// blocks in them.
-fn nodes_above(mesh: &Mesh, unit: &Unit, sorted: &[u32]) -> (Box<[Node]>, Vec<u32>) {
-    let bounds = sorted.chunks(WIDTH).enumerate().map(|(block, ids)| {
-        let (mut min, mut max) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
-        for &id in ids {
-            let point = unit.point(mesh.vertex(id as usize)).as_vec3a();
-            (min, max) = (min.min(point), max.max(point));
-        }
-        binary::Bounds::new(block as u32, min.to_array(), max.to_array())
-    });
+/// blocks in them. Also the boxes of the blocks, in the order of the points.
+fn nodes_above(mesh: &Mesh, unit: &Unit, sorted: &[u32]) -> (Box<[Node]>, Vec<u32>, Vec<Extent>) {
+    let boxes = sorted.chunks(WIDTH).map(|ids| extent(mesh, unit, ids));
+    let boxes: Vec<_> = boxes.collect();
+    let bounds = boxes.iter().zip(0..);
+    let bounds = bounds.map(|(extent, block)| extent.bounds(block));
     let tree = binary::over(bounds.collect(), Effort::Fast, Pieces::ONE);
     let plan = Plan::of(&tree, &Orientation::IDENTITY);
-    (plan.nodes, tree.order)
+    (plan.nodes, tree.order, boxes)
 }
 
 struct Make<'t>(&'t Tree, u32);
@@ -400,15 +399,16 @@ impl Kernel for Make<'_> {
     }
 }
 
-/// Computes all boxes and profiles of a cloud, bottom-up as [`super::update`].
-struct Fit<'t>(&'t mut Tree);
+/// Computes all boxes and profiles of a cloud, bottom-up as [`super::update`]. The boxes of the
+/// blocks may be known.
+struct Fit<'t>(&'t mut Tree, Option<&'t [Extent]>);
 
 impl Kernel for Fit<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self(tree) = self;
+        let Self(tree, boxes) = self;
         let (mut nodes, mut profiles) = (
             core::mem::take(&mut tree.nodes),
             core::mem::take(&mut tree.profiles),
@@ -429,7 +429,8 @@ impl Kernel for Fit<'_> {
                     set_own(child, &ends);
                     ends
                 } else {
-                    cloud.extent((child - count) as u32)
+                    let block = child - count;
+                    boxes.map_or_else(|| cloud.extent(block as u32), |boxes| boxes[block])
                 };
                 let (center, half) = (extent.center(), extent.half());
                 for k in 0..3 {
@@ -461,10 +462,20 @@ impl Tree {
     #[inline(always)]
     fn extent(&self, block: u32) -> Extent {
         let Range { start, end } = self.blocks.range(block);
-        let mut extent = Extent::EMPTY;
-        for &id in &self.ids[start as usize..end as usize] {
-            extent.add(self.unit.point(self.mesh.vertex(id as usize)).as_vec3a());
-        }
-        extent
+        extent(
+            &self.mesh,
+            &self.unit,
+            &self.ids[start as usize..end as usize],
+        )
     }
+}
+
+/// The box around some points.
+#[inline(always)]
+fn extent(mesh: &Mesh, unit: &Unit, ids: &[u32]) -> Extent {
+    let mut extent = Extent::EMPTY;
+    for &id in ids {
+        extent.add(unit.point(mesh.vertex(id as usize)).as_vec3a());
+    }
+    extent
 }

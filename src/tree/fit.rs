@@ -6,6 +6,7 @@
 //! result has the same bits as with all corners. Subtrees must be fitted before the nodes above
 //! them.
 
+use super::binary::Bounds;
 use super::eight::Eight;
 use super::unit::Triangle;
 use super::wide::{Node, WIDTH, xyz};
@@ -41,6 +42,11 @@ impl Extent {
             min: least(points).into(),
             max: greatest(points).into(),
         }
+    }
+
+    /// As the box of a primitive of a binary tree.
+    pub fn bounds(&self, primitive: u32) -> Bounds {
+        Bounds::new(primitive, self.min.to_array(), self.max.to_array())
     }
 
     #[inline(always)]

@@ -10,7 +10,7 @@ use crate::clearance::Bounds;
 use crate::edge::Run;
 use crate::order::{BOX_WORK, Fact, Sorted};
 use crate::placement::Placement;
-use crate::shape::{Inner, holds_part};
+use crate::shape::Inner;
 use crate::transform::{Transform, to_pose};
 use crate::world::{Pair, World};
 
@@ -40,6 +40,8 @@ pub(crate) struct Room {
     is_listed: bool,
     /// True if the workspace holds a stopped query that is to be resumed.
     is_stopped: bool,
+    /// Of a pair whose samples were not all asked in time, the next one.
+    sample: Option<usize>,
 }
 
 impl Room {
@@ -56,6 +58,7 @@ impl Room {
         self.stamp += 1;
         self.is_listed = false;
         self.is_stopped = false;
+        self.sample = None;
         self.run.is_stopped = false;
     }
 }
@@ -169,12 +172,14 @@ impl<'c> Call<'c, '_> {
         // decided in less time than the distance.
         let mut may_intersect = margin == 0.0;
         if !self.room.is_stopped {
-            self.pay(BOX_WORK)?;
+            if self.room.sample.is_none() {
+                self.pay(BOX_WORK)?;
+            }
             let gap = self.room.placement.box_gap(of, [a, b], &b_in_a);
             if gap > 0.0 {
                 return Ok(false);
             }
-            if self.holds_part([a, b], &b_in_a) {
+            if self.holds_part([a, b], &b_in_a)? {
                 return Ok(true);
             }
             may_intersect |= gap < -2.0 * margin;
@@ -206,12 +211,31 @@ impl<'c> Call<'c, '_> {
         self.run(&ask(query), Some(pair))
     }
 
-    /// [`holds_part`], which counts as work.
-    pub fn holds_part(&mut self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> bool {
+    /// True if a part of one shape lies inside the other one, which is a solid; `b_in_a` brings `b`
+    /// into the frame of `a`. For parts whose surfaces cross, both answers are possible. A cloud has
+    /// as many parts as points, so each is a step, and a stopped call goes on behind the last.
+    pub fn holds_part(
+        &mut self,
+        [a, b]: [&Inner; 2],
+        b_in_a: &Transform,
+    ) -> Result<bool, StopReason> {
         let asked = |a: &Inner, b: &Inner| if a.is_solid { b.samples.len() } else { 0 };
-        let samples = asked(a, b) + asked(b, a);
-        self.deadline.spend(samples as u64 * BOX_WORK);
-        samples > 0 && holds_part(a, b, b_in_a)
+        let (in_a, in_b) = (asked(a, b), asked(b, a));
+        let back = |p| b_in_a.matrix3.transpose() * (p - b_in_a.translation);
+        for i in self.room.sample.take().unwrap_or(0)..in_a + in_b {
+            if let Err(stop) = self.pay(BOX_WORK) {
+                self.room.sample = Some(i);
+                return Err(stop);
+            }
+            let is_held = match b.samples.get(i).filter(|_| i < in_a) {
+                Some(&p) => a.holds(b_in_a.transform_point3(p)),
+                None => b.holds(back(a.samples[i - in_a])),
+            };
+            if is_held {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Decides whether more than this is left of the distance of a pair's surfaces above their

@@ -222,8 +222,13 @@ impl Call<'_, '_> {
             high: -margin,
             points: [DVec3::ZERO; 2],
         };
-        if self.holds_part(shapes, &b_in_a) {
-            return (found, Ok(()));
+        match self.holds_part(shapes, &b_in_a) {
+            Ok(true) => return (found, Ok(())),
+            Ok(false) => {}
+            Err(stop) => {
+                found.high = f64::INFINITY;
+                return (found, Err(stop));
+            }
         }
         let ceiling = least + margin;
         let (measured, end) = self.distance(number, |query| {

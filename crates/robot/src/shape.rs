@@ -168,27 +168,13 @@ impl Shape {
 impl Inner {
     /// True if a point in the shape's frame is inside.
     #[inline]
-    fn holds(&self, p: DVec3) -> bool {
+    pub fn holds(&self, p: DVec3) -> bool {
         if self.tree.solid().is_some() || self.tree.radius() == 0.0 {
             return inside(&self.tree, p).is_inside();
         }
         // A sphere.
         p.length_squared() <= self.tree.radius() * self.tree.radius()
     }
-}
-
-/// True if a part of one shape lies inside the other one, which is a solid; `b_in_a` brings `b`
-/// into the frame of `a`. For parts whose surfaces cross, both answers are possible.
-#[inline]
-pub(crate) fn holds_part(a: &Inner, b: &Inner, b_in_a: &Transform) -> bool {
-    let in_a = || {
-        b.samples
-            .iter()
-            .any(|&p| a.holds(b_in_a.transform_point3(p)))
-    };
-    let back = |p| b_in_a.matrix3.transpose() * (p - b_in_a.translation);
-    let in_b = || a.samples.iter().any(|&p| b.holds(back(p)));
-    (a.is_solid && in_a()) || (b.is_solid && in_b())
 }
 
 /// One vertex of each connected part; vertices at equal positions count as one. All points of a
