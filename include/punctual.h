@@ -750,6 +750,89 @@ punctual_status punctual_tree_node_alphas(const struct punctual_tree *tree,
                                           size_t capacity,
                                           size_t *count);
 
+/**
+ * Builds the tree of a point cloud, of `3 * count` coordinates, or of equal balls of this
+ * radius. It is asked as that of a mesh is; where answers name triangles, they name points.
+ * Takes some .1 us a point.
+ *
+ * Fails with BAD_MESH if a coordinate is not finite; the text names the point as a vertex.
+ * Fails with BAD_ARGUMENT if the radius is negative or not finite.
+ */
+punctual_status punctual_tree_from_points_f32(const float *points,
+                                              size_t count,
+                                              double radius,
+                                              struct punctual_tree **tree);
+
+/**
+ * Like `punctual_tree_from_points_f32`.
+ */
+punctual_status punctual_tree_from_points_f64(const double *points,
+                                              size_t count,
+                                              double radius,
+                                              struct punctual_tree **tree);
+
+/**
+ * A copy of a tree, thickened by a ball of this radius: all questions are about the points no
+ * farther than that from its triangles, or points. It is in place of an earlier radius.
+ *
+ * Fails with BAD_ARGUMENT if the radius is negative or not finite.
+ */
+punctual_status punctual_tree_with_radius(const struct punctual_tree *tree,
+                                          double radius,
+                                          struct punctual_tree **thickened);
+
+/**
+ * A ball around the origin: a point with a radius. As of all shapes, lengths are 1e-150 to
+ * 1e150; others fail with BAD_ARGUMENT, and the text names them.
+ */
+punctual_status punctual_tree_ball(double radius, struct punctual_tree **tree);
+
+/**
+ * All points no farther than `radius` from a segment of this length along z, around the
+ * origin. The length may be 0.
+ */
+punctual_status punctual_tree_capsule(double radius, double length, struct punctual_tree **tree);
+
+/**
+ * A solid box around the origin with these lengths, which are at least twice the radius of its
+ * rounded edges. The radius may be 0.
+ */
+punctual_status punctual_tree_box(double x, double y, double z, double radius, struct punctual_tree **tree);
+
+/**
+ * A solid cylinder along z, around the origin: a prism of 128 sides, which holds the true one
+ * and is within 3.02e-4 of the radius of it.
+ */
+punctual_status punctual_tree_cylinder(double radius, double length, struct punctual_tree **tree);
+
+/**
+ * A solid cone along z: its base is at `-length / 2`, its tip at `length / 2`. A pyramid of
+ * 128 sides, as a cylinder is a prism.
+ */
+punctual_status punctual_tree_cone(double radius, double length, struct punctual_tree **tree);
+
+/**
+ * The convex hull of points, of `3 * count` coordinates: a solid; exact.
+ *
+ * Fails with BAD_MESH if a coordinate is not finite, or if the points lie in one plane.
+ */
+punctual_status punctual_tree_hull(const double *points, size_t count, struct punctual_tree **tree);
+
+/**
+ * The surface over a grid, which faces +z: `count` heights in `columns` columns, row by row.
+ * Height `i` is that of vertex `i`, at `x = step_x * (i % columns)`, `y = step_y * (i /
+ * columns)`.
+ *
+ * Fails with BAD_ARGUMENT unless there are two whole rows and columns or more, and with
+ * BAD_MESH if a height is not finite.
+ */
+punctual_status punctual_tree_height_field(const double *heights,
+                                           size_t count,
+                                           size_t columns,
+                                           double step_x,
+                                           double step_y,
+                                           struct punctual_tree **tree);
+
 /* --------------------------------------------------------------------------------------------------------------------
  * 5. Two triangles
  * -------------------------------------------------------------------------------------------------------------------- */
@@ -4908,6 +4991,60 @@ typedef struct punctual_robot_clearance {
 } punctual_robot_clearance;
 
 /**
+ * A pair of shapes that are near each other: `low <= what is left of their distance above their
+ * margin <= high`, in metres.
+ */
+typedef struct punctual_robot_near_pair {
+  /**
+   * The shapes, the lower one first.
+   */
+  uint32_t shapes[2];
+  /**
+   * Proven.
+   */
+  double low;
+  /**
+   * Proven.
+   */
+  double high;
+  /**
+   * Their closest points, in the world; the origin if one holds the other.
+   */
+  struct punctual_point points[2];
+  /**
+   * The unit vector from the first of them to the second; 0 if they are one point.
+   */
+  struct punctual_point normal;
+} punctual_robot_near_pair;
+
+/**
+ * What `punctual_robot_near_pairs` found.
+ */
+typedef struct punctual_robot_near {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Why the call returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Number of pairs.
+   */
+  size_t count;
+  /**
+   * Proven: no less is left of the pairs that were not found; `within` at least, unless the
+   * budget ended first.
+   */
+  double beyond;
+  /**
+   * Units of work done.
+   */
+  uint64_t work;
+} punctual_robot_near;
+
+/**
  * What is known of a motion. Times are shares of an edge (0 to 1), or seconds of a horizon.
  */
 typedef struct punctual_robot_motion {
@@ -5024,6 +5161,40 @@ punctual_status punctual_robot_move(struct punctual_robot *robot, uint32_t shape
 punctual_status punctual_robot_remove(struct punctual_robot *robot, uint32_t shape);
 
 /**
+ * Makes an obstacle in the world move by itself, from a pose at time 0 on: with a linear
+ * velocity (m/s), and turning about its origin with an angular one (rad/s), both in the frame
+ * of the world. Each of its points may be `reach` metres from there, and farther by
+ * `reach_speed` (m/s) with time. It counts in edges and horizons, which begin at time 0;
+ * collisions and clearances are of time 0. `punctual_robot_move` ends its motion.
+ *
+ * Fails with BAD_ARGUMENT if there is no such obstacle, it is attached to a link, or a number
+ * is not finite, and with BAD_POSE.
+ */
+punctual_status punctual_robot_move_along(struct punctual_robot *robot,
+                                          uint32_t shape,
+                                          struct punctual_pose pose,
+                                          struct punctual_point linear,
+                                          struct punctual_point angular,
+                                          double reach,
+                                          double reach_speed);
+
+/**
+ * Sets how far apart shapes must be, in metres: 0 at first. Shapes that are no farther apart
+ * count as in contact; a clearance is what is left above the margin. With `name` null it is
+ * for all pairs; else for those of this link or obstacle, in addition. With `other` too, for
+ * pairs of these two, in place of all others. With `padding` other than 0 and a name, for
+ * pairs of this link, or of what is attached to it, and obstacles in the world, in addition.
+ *
+ * Fails with BAD_ARGUMENT if there is no link or obstacle of a name, the margin is negative,
+ * NaN or more than 1e30, or `other` comes without `name`, or with `padding`.
+ */
+punctual_status punctual_robot_set_margin(struct punctual_robot *robot,
+                                          double margin,
+                                          const char *name,
+                                          const char *other,
+                                          uint32_t padding);
+
+/**
  * Whether a configuration of `joints` values collides, within a budget; `clock` may be null:
  * the clock of the system. It does not lock or panic, and allocates nothing but room for more
  * pairs or intervals than ever before.
@@ -5052,6 +5223,30 @@ punctual_status punctual_robot_measure(struct punctual_robot *robot,
                                        struct punctual_budget budget,
                                        const struct punctual_clock *clock,
                                        struct punctual_robot_clearance *clearance);
+
+/**
+ * All pairs of shapes of which no more than `within` metres is left above their margin, by
+ * ascending numbers, each with bounds that are `tolerance` metres apart, unless the budget
+ * ends. As many as `capacity` allows are written to `pairs`, and how many there are to
+ * `near->count`. `gradients` may be null, or has room for `capacity * joints` numbers: how the
+ * distance of each pair changes with each joint, in m/rad or m/m; 0 of points that touch.
+ * Allocates.
+ *
+ * Fails as `punctual_robot_measure`, and with BAD_ARGUMENT if `within` is negative or not
+ * finite.
+ */
+punctual_status punctual_robot_near_pairs(struct punctual_robot *robot,
+                                          const double *values,
+                                          size_t joints,
+                                          double within,
+                                          double tolerance,
+                                          struct punctual_budget budget,
+                                          const struct punctual_clock *clock,
+                                          struct punctual_robot_near_pair *pairs,
+                                          size_t pair_size,
+                                          double *gradients,
+                                          size_t capacity,
+                                          struct punctual_robot_near *near);
 
 /**
  * Whether the straight line in joint space between two configurations is free: proven for all

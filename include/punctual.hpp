@@ -269,10 +269,43 @@ public:
                                                   punctual_build_options_default()) noexcept {
     return detail::owned<Tree, punctual_tree>(punctual_tree_new, mesh.get(), &options);
   }
+  /** A point cloud of `3 * count` coordinates, or balls of this radius. */
+  static Result<Tree> from_points(const float *points, std::size_t count, double radius = 0) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_from_points_f32, points, count, radius);
+  }
+  static Result<Tree> from_points(const double *points, std::size_t count, double radius = 0) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_from_points_f64, points, count, radius);
+  }
+  static Result<Tree> ball(double radius) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_ball, radius);
+  }
+  static Result<Tree> capsule(double radius, double length) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_capsule, radius, length);
+  }
+  static Result<Tree> box(double x, double y, double z, double radius = 0) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_box, x, y, z, radius);
+  }
+  static Result<Tree> cylinder(double radius, double length) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_cylinder, radius, length);
+  }
+  static Result<Tree> cone(double radius, double length) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_cone, radius, length);
+  }
+  static Result<Tree> hull(const double *points, std::size_t count) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_hull, points, count);
+  }
+  static Result<Tree> height_field(const double *heights, std::size_t count, std::size_t columns, double step_x,
+                                   double step_y) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_height_field, heights, count, columns, step_x, step_y);
+  }
   static Result<Tree> from_bytes(const std::uint8_t *bytes, std::size_t count) noexcept {
     return detail::owned<Tree, punctual_tree>(punctual_tree_from_bytes, bytes, count);
   }
 
+  /** A copy that is thickened by a ball. */
+  Result<Tree> with_radius(double radius) const noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_with_radius, get(), radius);
+  }
   /** Writes up to `capacity` bytes; how many there are. */
   Result<std::size_t> to_bytes(std::uint8_t *bytes, std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_tree_to_bytes, get(), bytes, capacity);
@@ -944,6 +977,28 @@ public:
     return punctual_robot_move(get(), shape, pose);
   }
   [[nodiscard]] punctual_status remove(std::uint32_t shape) noexcept { return punctual_robot_remove(get(), shape); }
+  /** An obstacle in the world that moves by itself, each of its points within a reach that grows. */
+  [[nodiscard]] punctual_status move_along(std::uint32_t shape, const punctual_pose &pose, const punctual_point &linear,
+                                           const punctual_point &angular = {}, double reach = 0,
+                                           double reach_speed = 0) noexcept {
+    return punctual_robot_move_along(get(), shape, pose, linear, angular, reach, reach_speed);
+  }
+  /** Of all pairs, those of a name, or of two. */
+  [[nodiscard]] punctual_status set_margin(double margin, const char *name = nullptr,
+                                           const char *other = nullptr) noexcept {
+    return punctual_robot_set_margin(get(), margin, name, other, 0U);
+  }
+  /** Of a link and obstacles in the world. */
+  [[nodiscard]] punctual_status set_padding(double margin, const char *link) noexcept {
+    return punctual_robot_set_margin(get(), margin, link, nullptr, 1U);
+  }
+  /** Writes up to `capacity` pairs, and `joints` gradients of each unless `gradients` is null. */
+  Result<punctual_robot_near> near_pairs(const double *values, std::size_t joints, double within, double tolerance,
+                                         punctual_budget budget, punctual_robot_near_pair *pairs, double *gradients,
+                                         std::size_t capacity, const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_near>(punctual_robot_near_pairs, get(), values, joints, within, tolerance,
+                                               budget, clock, pairs, sizeof *pairs, gradients, capacity);
+  }
 
   Result<punctual_robot_collision> collide(const double *values, std::size_t joints, punctual_budget budget,
                                            const punctual_clock *clock = nullptr) noexcept {

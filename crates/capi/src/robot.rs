@@ -1,19 +1,20 @@
 //! Robots among obstacles: which configurations collide, how near contact is, for how long a motion
 //! is free.
 
-use crate::arrays::{array, path, room, text};
+use crate::arrays::{array, fill, path, room, text};
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
 use crate::distance::finite;
 use crate::handle::{Handle, change, get, put};
 use crate::outcome::punctual_stop_reason;
 use crate::pose::{punctual_point, punctual_pose};
-use crate::sized::{grows, place};
+use crate::sized::{fill_rows, grows, place};
 use crate::status::{Fault, free, given};
 use crate::tree::punctual_tree;
 use crate::verbs::calls;
 use ::punctual_robot::{
-    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
-    RobotError, Shape, ShapeId, UrdfOptions, braking_time, safe_speed,
+    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Margin, Model,
+    NearPair, NearPairs, Outcome, RobotError, Shape, ShapeId, Track, UrdfOptions, braking_time,
+    safe_speed,
 };
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
@@ -83,6 +84,44 @@ pub struct punctual_robot_clearance {
 }
 
 grows!(punctual_robot_clearance: size, normal..work);
+
+/// A pair of shapes that are near each other: `low <= what is left of their distance above their
+/// margin <= high`, in metres.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_robot_near_pair {
+    /// The shapes, the lower one first.
+    pub shapes: [u32; 2],
+    /// Proven.
+    pub low: f64,
+    /// Proven.
+    pub high: f64,
+    /// Their closest points, in the world; the origin if one holds the other.
+    pub points: [punctual_point; 2],
+    /// The unit vector from the first of them to the second; 0 if they are one point.
+    pub normal: punctual_point,
+}
+
+grows!(punctual_robot_near_pair: normal..normal);
+
+/// What `punctual_robot_near_pairs` found.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_robot_near {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// Why the call returned.
+    pub stop: punctual_stop_reason,
+    /// Number of pairs.
+    pub count: usize,
+    /// Proven: no less is left of the pairs that were not found; `within` at least, unless the
+    /// budget ended first.
+    pub beyond: f64,
+    /// Units of work done.
+    pub work: u64,
+}
+
+grows!(punctual_robot_near: size, work..work);
 
 /// What is known of a motion. Times are shares of an edge (0 to 1), or seconds of a horizon.
 #[repr(C)]
@@ -262,6 +301,54 @@ calls! {
         })
     }
 
+    /// Makes an obstacle in the world move by itself, from a pose at time 0 on: with a linear
+    /// velocity (m/s), and turning about its origin with an angular one (rad/s), both in the frame
+    /// of the world. Each of its points may be `reach` metres from there, and farther by
+    /// `reach_speed` (m/s) with time. It counts in edges and horizons, which begin at time 0;
+    /// collisions and clearances are of time 0. `punctual_robot_move` ends its motion.
+    ///
+    /// Fails with BAD_ARGUMENT if there is no such obstacle, it is attached to a link, or a number
+    /// is not finite, and with BAD_POSE.
+    fn punctual_robot_move_along(
+        robot: Option<&mut punctual_robot>, shape: u32, pose: punctual_pose, linear: punctual_point,
+        angular: punctual_point, reach: f64, reach_speed: f64
+    ) {
+        let [linear, angular] = [linear, angular].map(|v| [v.x, v.y, v.z]);
+        let track = Track::velocity(&pose.check()?, linear, angular)?.reach(reach, reach_speed)?;
+        change(robot, "robot", |robot| {
+            let id = robot.id(shape).ok_or(RobotError::NoObstacle)?;
+            Ok(robot.move_along(id, track)?)
+        })
+    }
+
+    /// Sets how far apart shapes must be, in metres: 0 at first. Shapes that are no farther apart
+    /// count as in contact; a clearance is what is left above the margin. With `name` null it is
+    /// for all pairs; else for those of this link or obstacle, in addition. With `other` too, for
+    /// pairs of these two, in place of all others. With `padding` other than 0 and a name, for
+    /// pairs of this link, or of what is attached to it, and obstacles in the world, in addition.
+    ///
+    /// Fails with BAD_ARGUMENT if there is no link or obstacle of a name, the margin is negative,
+    /// NaN or more than 1e30, or `other` comes without `name`, or with `padding`.
+    unsafe fn punctual_robot_set_margin(
+        robot: Option<&mut punctual_robot>, margin: f64, name: *const c_char, other: *const c_char,
+        padding: u32
+    ) {
+        let optional = |pointer: *const c_char, what| match pointer.is_null() {
+            true => Ok(None),
+            // SAFETY: the contract of the header for texts.
+            false => unsafe { text(pointer, what) }.map(Some),
+        };
+        let of = match (optional(name, "name")?, optional(other, "other")?, padding) {
+            (None, None, 0) => Margin::All,
+            (Some(name), None, 0) => Margin::Of(name),
+            (Some(name), None, _) => Margin::Padding(name),
+            (Some(name), Some(other), 0) => Margin::Pair(name, other),
+            (None, ..) => return Err(Fault::Null("name")),
+            (_, Some(_), padding) => return Err(Fault::Value("padding of two names", padding)),
+        };
+        change(robot, "robot", |robot| Ok(robot.set_margin(of, margin)?))
+    }
+
     /// Whether a configuration of `joints` values collides, within a budget; `clock` may be null:
     /// the clock of the system. It does not lock or panic, and allocates nothing but room for more
     /// pairs or intervals than ever before.
@@ -302,6 +389,48 @@ calls! {
                 robot.clearance(values, &options, budget)
             })?;
             out.write(found.into());
+        }
+        Ok(())
+    }
+
+    /// All pairs of shapes of which no more than `within` metres is left above their margin, by
+    /// ascending numbers, each with bounds that are `tolerance` metres apart, unless the budget
+    /// ends. As many as `capacity` allows are written to `pairs`, and how many there are to
+    /// `near->count`. `gradients` may be null, or has room for `capacity * joints` numbers: how the
+    /// distance of each pair changes with each joint, in m/rad or m/m; 0 of points that touch.
+    /// Allocates.
+    ///
+    /// Fails as `punctual_robot_measure`, and with BAD_ARGUMENT if `within` is negative or not
+    /// finite.
+    unsafe fn punctual_robot_near_pairs(
+        robot: Option<&mut punctual_robot>, values: *const f64, joints: usize, within: f64,
+        tolerance: f64, budget: punctual_budget, clock: Option<&punctual_clock>,
+        pairs: *mut punctual_robot_near_pair, pair_size: usize, gradients: *mut f64,
+        capacity: usize, near: *mut punctual_robot_near
+    ) {
+        finite(within, "within")?;
+        finite(tolerance, "tolerance")?;
+        let options = ClearanceOptions::default().tolerance(tolerance);
+        let mut found = NearPairs::default();
+        // SAFETY: the contract of the header for arrays, structs and clocks.
+        unsafe {
+            let (values, out) = (array(values, joints, "values")?, place(near, "near")?);
+            let outcome = ask(robot, budget, clock, |robot, budget| {
+                robot.near_pairs(values, within, &options, budget, &mut found)
+            })?;
+            let rows = found.pairs.iter().copied();
+            let count = fill_rows(pairs, pair_size, capacity, "pairs", rows)?;
+            if !gradients.is_null() {
+                let room = capacity.saturating_mul(joints);
+                fill(gradients, room, "gradients", found.gradients.iter().copied())?;
+            }
+            out.write(punctual_robot_near {
+                size: punctual_robot_near::SIZE,
+                stop: outcome.stop.into(),
+                count,
+                beyond: outcome.value,
+                work: outcome.work,
+            });
         }
         Ok(())
     }
@@ -448,6 +577,18 @@ impl From<Outcome<Clearance>> for punctual_robot_clearance {
             points: found.value.points.map(Into::into),
             normal: found.value.normal.into(),
             work: found.work,
+        }
+    }
+}
+
+impl From<NearPair> for punctual_robot_near_pair {
+    fn from(near: NearPair) -> Self {
+        Self {
+            shapes: numbers(Some(near.pair)),
+            low: near.low,
+            high: near.high,
+            points: near.points.map(Into::into),
+            normal: near.normal.into(),
         }
     }
 }

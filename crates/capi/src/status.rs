@@ -7,7 +7,7 @@ use core::ffi::c_char;
 use core::fmt::{self, Write};
 use punctual::geom::{MotionError, RayError};
 use punctual::points::PointError;
-use punctual::tree::{SolidError, TreeFault, TreeFileError};
+use punctual::tree::{ShapeError, SolidError, TreeFault, TreeFileError};
 use punctual::{MeshError, PoseError, ResumeError};
 use punctual_io::{FileError, ReadError};
 use std::io;
@@ -91,6 +91,7 @@ pub(crate) enum Fault {
     Points(PointError),
     Robot(RobotError),
     Solid(SolidError),
+    Shape(ShapeError),
 }
 
 impl Fault {
@@ -111,7 +112,10 @@ impl Fault {
             | Self::NotUtf8(_) => punctual_status::BadArgument,
             Self::OutOfMemory => punctual_status::OutOfMemory,
             Self::Poisoned(_) => punctual_status::Poisoned,
-            Self::Mesh(_) | Self::Solid(_) => punctual_status::BadMesh,
+            Self::Shape(ShapeError::Length { .. } | ShapeError::Columns { .. }) => {
+                punctual_status::BadArgument
+            }
+            Self::Mesh(_) | Self::Solid(_) | Self::Shape(_) => punctual_status::BadMesh,
             Self::Pose(_) => punctual_status::BadPose,
             Self::Scene(SceneError::NoSuchBody { .. }) => punctual_status::NoSuchBody,
             Self::Scene(SceneError::NotARotation { .. } | SceneError::TooFar { .. }) => {
@@ -185,6 +189,7 @@ impl fmt::Display for Fault {
             Self::Points(error) => error.fmt(f),
             Self::Robot(error) => error.fmt(f),
             Self::Solid(error) => error.fmt(f),
+            Self::Shape(error) => error.fmt(f),
         }
     }
 }
@@ -212,7 +217,8 @@ fault_from!(
     Thread(io::Error),
     Points(PointError),
     Robot(RobotError),
-    Solid(SolidError)
+    Solid(SolidError),
+    Shape(ShapeError)
 );
 
 /// Runs the work of the call `name`. No panic leaves it.

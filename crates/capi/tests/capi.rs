@@ -39,6 +39,8 @@ mod scene_shapes;
 mod scenes;
 #[path = "capi/surfaces.rs"]
 mod surfaces;
+#[path = "capi/tree_shapes.rs"]
+mod tree_shapes;
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;

@@ -1,4 +1,4 @@
-//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon|balls|cycles
+//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon|balls|cloud|cycles
 //! [REPETITIONS]]`, with the files of one robot: `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`,
 //! `labels.csv`, `clearance.csv`, `edges.csv`.
 
@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 use punctual::glam::DMat3;
-use punctual::{Budget, Pose, Query, Workspace};
+use punctual::{Budget, Pose, Query, Tree, Workspace};
 use punctual_geom::random::Random;
 use punctual_robot::{
     Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Horizon, Margin, Model,
-    NearPairs, Shape, Track, Trajectory, UrdfOptions, braking_time, safe_speed,
+    NearPairs, RobotError, Shape, Track, Trajectory, UrdfOptions, braking_time, safe_speed,
 };
 
 type Table = Vec<Vec<String>>;
@@ -154,10 +154,80 @@ fn main() -> Result<(), Box<dyn Error>> {
     if asks("balls") {
         balls(&checker, &configs[..2000])?;
     }
+    if asks("cloud") {
+        cloud(&checker, &configs[..1000])?;
+    }
     if asks("cycles") {
         cycles(&checker, &configs[..2000])?;
     }
     Ok(())
+}
+
+/// 100,000 points on a table and walls about the robot, all replaced, then labels and edges.
+fn cloud(checker: &Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Error>> {
+    let (mut checker, mut rng, unlimited) = (checker.clone(), Random::new(5), Budget::unlimited());
+    let mut point = || {
+        let [u, v] = [(); 2].map(|()| rng.between(-1.0, 1.0));
+        let rough = rng.between(0.0, 0.004);
+        match (rng.fraction() * 4.0) as u32 {
+            0 => [0.9 + rough, u, 1.2 + v],
+            1 => [u, 0.9 + rough, 1.2 + v],
+            2 => [u, v, -0.05 - rough],
+            _ => [0.55 + 0.1 * u, 0.3 * v, 0.3 + rough],
+        }
+    };
+    let points: Vec<[f64; 3]> = (0..100_000).map(|_| point()).collect();
+    let mut replaced = f64::INFINITY;
+    let mut last = None;
+    for _ in 0..7 {
+        let start = ThreadTime::now();
+        let shape = Shape::tree(Arc::new(
+            Tree::from_points_f64(points.iter().copied())?.with_radius(0.005)?,
+        ));
+        if let Some(last) = last.take() {
+            checker.remove(last)?;
+        }
+        last = Some(checker.add("cloud", Pose::IDENTITY, shape)?);
+        let _ = checker.collide(&configs[0], unlimited)?;
+        replaced = replaced.min(start.elapsed().as_secs_f64() * 1e3);
+    }
+    println!("100,000 points: replaced, with a label, in {replaced:.2} ms");
+    for margin in [0.0, 0.02] {
+        checker.set_margin(Margin::Of("cloud"), margin)?;
+        let (mut times, mut free) = (Vec::new(), 0);
+        for q in configs {
+            let start = ThreadTime::now();
+            free += u32::from(checker.collide(q, unlimited)?.value == Collision::Free);
+            times.push(start.elapsed().as_secs_f64() * 1e6);
+        }
+        let [median, mean, high] = spread(&mut times);
+        println!("a label, margin {margin}: {median:.2} / {mean:.2} / {high:.2} us, free {free}");
+        let mut edge = |q: &[Vec<f64>]| -> Result<f64, RobotError> {
+            let start = ThreadTime::now();
+            let edge = checker.edge(&q[0], &q[1], &EdgeOptions::any(), unlimited)?;
+            assert_ne!(edge.value.answer, EdgeAnswer::Undecided);
+            Ok(start.elapsed().as_secs_f64() * 1e6)
+        };
+        let mut times: Vec<f64> = configs
+            .chunks_exact(2)
+            .map(&mut edge)
+            .collect::<Result<_, _>>()?;
+        let [median, mean, high] = spread(&mut times);
+        println!("an edge: {median:.1} / {mean:.1} / {high:.1} us");
+        let near = |q: &Vec<f64>| q.iter().map(|x| x + 0.1).collect::<Vec<f64>>();
+        let mut short = |q: &Vec<f64>| edge(&[q.clone(), near(q)]);
+        let mut times: Vec<f64> = configs.iter().map(&mut short).collect::<Result<_, _>>()?;
+        let [median, mean, high] = spread(&mut times);
+        println!("an edge of .1 rad a joint: {median:.1} / {mean:.1} / {high:.1} us");
+    }
+    Ok(())
+}
+
+/// Median, mean, and what 95 % are below.
+fn spread(times: &mut [f64]) -> [f64; 3] {
+    times.sort_unstable_by(f64::total_cmp);
+    let mean = times.iter().sum::<f64>() / times.len() as f64;
+    [times[times.len() / 2], mean, times[times.len() * 95 / 100]]
 }
 
 /// 800 balls of 20 mm about the robot, added one by one, then labels among them.

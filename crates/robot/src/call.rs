@@ -10,7 +10,7 @@ use crate::clearance::Bounds;
 use crate::edge::Run;
 use crate::order::{BOX_WORK, Fact, Sorted};
 use crate::placement::Placement;
-use crate::shape::Inner;
+use crate::shape::{Inner, holds_part};
 use crate::transform::{Transform, to_pose};
 use crate::world::{Pair, World};
 
@@ -40,8 +40,6 @@ pub(crate) struct Room {
     is_listed: bool,
     /// True if the workspace holds a stopped query that is to be resumed.
     is_stopped: bool,
-    /// Of a pair whose samples were not all asked in time, the next one.
-    sample: Option<usize>,
 }
 
 impl Room {
@@ -58,7 +56,6 @@ impl Room {
         self.stamp += 1;
         self.is_listed = false;
         self.is_stopped = false;
-        self.sample = None;
         self.run.is_stopped = false;
     }
 }
@@ -171,33 +168,37 @@ impl<'c> Call<'c, '_> {
         // Boxes that overlap by more than the margin mostly hold surfaces that intersect, which is
         // decided in less time than the distance.
         let mut may_intersect = margin == 0.0;
+        // Many samples cost more than most queries.
+        let are_few = a.samples.are_few() && b.samples.are_few();
         if !self.room.is_stopped {
-            if self.room.sample.is_none() {
-                self.pay(BOX_WORK)?;
-            }
+            self.pay(BOX_WORK)?;
             let gap = self.room.placement.box_gap(of, [a, b], &b_in_a);
             if gap > 0.0 {
                 return Ok(false);
             }
-            if self.holds_part([a, b], &b_in_a)? {
+            if are_few && self.holds_part([a, b], &b_in_a) {
                 return Ok(true);
             }
             may_intersect |= gap < -2.0 * margin;
         }
         let memory = with_memory.then_some(pair);
         let pose = to_pose(&b_in_a);
-        if may_intersect && a.tree.radius() + b.tree.radius() == 0.0 {
+        let mut met = false;
+        let intersects = may_intersect && a.tree.radius() + b.tree.radius() == 0.0;
+        if intersects {
             let query = Query::<Intersection>::intersection(&a.tree, &b.tree, pose);
             let (verdict, end) = self.run(&query, memory);
             end?;
-            if margin == 0.0 || verdict != Verdict::Separated {
-                return Ok(verdict != Verdict::Separated);
-            }
+            met = verdict != Verdict::Separated;
         }
-        let query = Query::distance(&a.tree, &b.tree, pose);
-        let (bounds, end) = self.run(&query.closer_than(margin), memory);
-        // If f64 cannot tell a pair from one at the margin, it counts as within it.
-        end.map(|()| bounds.closer != Some(false))
+        if !(met || intersects && margin == 0.0) {
+            let query = Query::distance(&a.tree, &b.tree, pose);
+            let (bounds, end) = self.run(&query.closer_than(margin), memory);
+            end?;
+            // If f64 cannot tell a pair from one at the margin, it counts as within it.
+            met = bounds.closer != Some(false);
+        }
+        Ok(met || !are_few && self.holds_part([a, b], &b_in_a))
     }
 
     /// Bounds of the distance of a pair's surfaces, final unless the call must stop.
@@ -211,31 +212,12 @@ impl<'c> Call<'c, '_> {
         self.run(&ask(query), Some(pair))
     }
 
-    /// True if a part of one shape lies inside the other one, which is a solid; `b_in_a` brings `b`
-    /// into the frame of `a`. For parts whose surfaces cross, both answers are possible. A cloud has
-    /// as many parts as points, so each is a step, and a stopped call goes on behind the last.
-    pub fn holds_part(
-        &mut self,
-        [a, b]: [&Inner; 2],
-        b_in_a: &Transform,
-    ) -> Result<bool, StopReason> {
-        let asked = |a: &Inner, b: &Inner| if a.is_solid { b.samples.len() } else { 0 };
-        let (in_a, in_b) = (asked(a, b), asked(b, a));
-        let back = |p| b_in_a.matrix3.transpose() * (p - b_in_a.translation);
-        for i in self.room.sample.take().unwrap_or(0)..in_a + in_b {
-            if let Err(stop) = self.pay(BOX_WORK) {
-                self.room.sample = Some(i);
-                return Err(stop);
-            }
-            let is_held = match b.samples.get(i).filter(|_| i < in_a) {
-                Some(&p) => a.holds(b_in_a.transform_point3(p)),
-                None => b.holds(back(a.samples[i - in_a])),
-            };
-            if is_held {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+    /// [`holds_part`], which counts as work.
+    pub fn holds_part(&mut self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> bool {
+        let mut tests = 0;
+        let holds = holds_part(a, b, b_in_a, &mut tests);
+        self.deadline.spend(tests * BOX_WORK);
+        holds
     }
 
     /// Decides whether more than this is left of the distance of a pair's surfaces above their

@@ -8,7 +8,8 @@ use punctual::engine::Deadline;
 use punctual::{Pose, StopReason};
 
 use crate::call::{Call, Counted, Room};
-use crate::model::{PlacedShape, prefixed};
+use crate::error::refuse;
+use crate::model::{PlacedShape, prefixed, sorted};
 use crate::order::Order;
 use crate::transform::{Transform, from_pose};
 use crate::world::World;
@@ -236,6 +237,26 @@ impl Checker {
             None => self.order = Order::new(&self.world),
         }
         self.room.begin();
+        Ok(())
+    }
+
+    /// Tells whether two links or obstacles may touch: pairs that may are not checked. What was told
+    /// last of a pair counts, before what the description and [`Checker::attach`] say. A link stands for all its shapes. Obstacles that are added later follow what was
+    /// told of their names; pairs that never move relative to each other stay unchecked. Lists all
+    /// pairs anew.
+    ///
+    /// # Errors
+    /// [`RobotError::Model`] if there is no link or obstacle of a name. Nothing is changed then.
+    pub fn allow(&mut self, names: [&str; 2], may_touch: bool) -> Result<(), RobotError> {
+        if let Some(name) = names.iter().find(|name| !self.world.knows(name)) {
+            return refuse(format!("allow: there is no link or obstacle {name}"));
+        }
+        let names = sorted(names.map(String::from));
+        self.world.told.retain(|told| told.0 != names);
+        self.world.told.push((names, may_touch));
+        self.world.pair();
+        self.world.change(None);
+        self.renew();
         Ok(())
     }
 

@@ -222,13 +222,8 @@ impl Call<'_, '_> {
             high: -margin,
             points: [DVec3::ZERO; 2],
         };
-        match self.holds_part(shapes, &b_in_a) {
-            Ok(true) => return (found, Ok(())),
-            Ok(false) => {}
-            Err(stop) => {
-                found.high = f64::INFINITY;
-                return (found, Err(stop));
-            }
+        if self.holds_part(shapes, &b_in_a) {
+            return (found, Ok(()));
         }
         let ceiling = least + margin;
         let (measured, end) = self.distance(number, |query| {

@@ -51,8 +51,8 @@ impl Margins {
         let (mut all, mut padding) = (0.0, 0.0);
         for (margin, metres) in &self.0 {
             match margin {
-                Margin::Of(name) if is_named(model, shape, name) => all += metres,
-                Margin::Padding(name) if is_named(model, shape, name) => padding += metres,
+                Margin::Of(name) if model.is_named(shape, name) => all += metres,
+                Margin::Padding(name) if model.is_named(shape, name) => padding += metres,
                 _ => {}
             }
         }
@@ -62,7 +62,7 @@ impl Margins {
     /// The margin of a pair.
     pub fn of_pair(&self, model: &Model, [a, b]: [&PlacedShape; 2]) -> f64 {
         let pairs = self.0.iter().rev();
-        let is = |shape, name: &str| is_named(model, shape, name);
+        let is = |shape, name: &str| model.is_named(shape, name);
         let own = pairs.map_while(|(margin, metres)| match margin {
             Margin::Pair(x, y) => Some((is(a, x) && is(b, y) || is(a, y) && is(b, x), *metres)),
             _ => None,
@@ -79,13 +79,6 @@ impl Margins {
         let all = self.0.get(&Margin::All).copied().unwrap_or(0.0);
         all + (a.margins[0] + b.margins[0]) + (padding(a, b) + padding(b, a))
     }
-}
-
-fn is_named(model: &Model, shape: &PlacedShape, name: &str) -> bool {
-    let link = shape
-        .link
-        .map(|link| &model.description().links[link as usize].name);
-    *shape.name == *name || link.is_some_and(|link| link == name)
 }
 
 impl Checker {
@@ -109,12 +102,8 @@ impl Checker {
     /// NaN or larger than [`LARGEST`]. Nothing is changed then.
     pub fn set_margin(&mut self, of: Margin<&str>, metres: f64) -> Result<(), RobotError> {
         let world = &mut self.world;
-        let is_known = |name: &str| {
-            let mut obstacles = world.shapes.iter();
-            world.model.link_number(name).is_ok() || obstacles.any(|shape| &*shape.name == name)
-        };
         let fail = |what: String| Err(RobotError::Model(format!("margin: {what}")));
-        if let Some(name) = of.names().find(|name| !is_known(name)) {
+        if let Some(name) = of.names().find(|name| !world.knows(name)) {
             return fail(format!("there is no link or obstacle {name}"));
         }
         if !(0.0..=LARGEST).contains(&metres) {

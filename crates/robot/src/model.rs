@@ -415,6 +415,13 @@ impl Model {
         &self.notices
     }
 
+    /// True if this is the name of a shape, or of its link.
+    pub(crate) fn is_named(&self, shape: &PlacedShape, name: &str) -> bool {
+        let links = &self.description().links;
+        let is_link = |link: u32| links[link as usize].name == name;
+        *shape.name == *name || shape.link.is_some_and(is_link)
+    }
+
     /// Poses of all links in the world for a configuration.
     ///
     /// Transforms are products in f64 from the root on: `parent * origin * motion`, where the

@@ -3,7 +3,7 @@
 mod cell;
 
 use cell::{UNLIMITED, arm, at, cell, configurations, random, surfaces};
-use punctual::{Budget, Pose, StopReason};
+use punctual::{Budget, Pose, StopReason, Tree};
 use punctual_robot::{Checker, ClearanceOptions, Margin, NearPairs, Scope, Shape, ShapeId};
 
 const WITHIN: f64 = 0.15;
@@ -175,4 +175,91 @@ fn no_pair_is_lost_among_hundreds_of_obstacles_that_come_move_and_go() {
         met += pairs.len();
     }
     assert!(added.len() > 150 && met > 500, "{} {met}", added.len());
+}
+
+#[test]
+fn what_was_told_last_of_a_pair_counts() {
+    let mut checker = cell();
+    let pairs = |checker: &Checker| {
+        let names = |pair: [ShapeId; 2]| pair.map(|id| checker.name(id).unwrap().to_owned());
+        let mut all: Vec<_> = checker.pairs().map(names).collect();
+        all.sort_unstable();
+        all
+    };
+    let before = pairs(&checker);
+    let asks = |all: &[[String; 2]], pair: [&str; 2]| all.iter().any(|names| names == &pair);
+    // An object in the hand and what stands in the world, both obstacles.
+    assert!(asks(&before, ["board", "load"]));
+    checker.allow(["load", "board"], true).unwrap();
+    let allowed = pairs(&checker);
+    assert!(!asks(&allowed, ["board", "load"]));
+    assert_eq!(allowed.len() + 1, before.len());
+    // Links that are neighbours, and what the object was allowed to touch.
+    assert!(!asks(&before, ["upper", "fore"]) && !asks(&before, ["left", "load"]));
+    checker.allow(["fore", "upper"], false).unwrap();
+    checker.allow(["load", "left"], false).unwrap();
+    assert!(asks(&pairs(&checker), ["upper", "fore"]) && asks(&pairs(&checker), ["left", "load"]));
+    // Later obstacles follow their name.
+    let shape = Shape::sphere(0.1).unwrap();
+    let board = checker.add("board", at(0.0, 0.0, 0.0), shape).unwrap();
+    let load = checker.find("load").unwrap();
+    assert!(!checker.pairs().any(|pair| pair == [load, board]));
+    checker.remove(board).unwrap();
+    for (names, may_touch) in [
+        (["board", "load"], false),
+        (["upper", "fore"], true),
+        (["left", "load"], true),
+    ] {
+        checker.allow(names, may_touch).unwrap();
+    }
+    assert_eq!(pairs(&checker), before);
+    let refused = checker.allow(["load", "tray"], true).unwrap_err();
+    assert!(refused.to_string().contains("tray"), "{refused}");
+    let mut rival = cell();
+    for q in configurations(100, 5) {
+        let labels = [&mut checker, &mut rival].map(|checker| {
+            let mut pairs = Vec::new();
+            let _ = checker.collide_all(&q, UNLIMITED, &mut pairs).unwrap();
+            pairs
+        });
+        assert_eq!(labels[0], labels[1]);
+    }
+}
+
+#[test]
+fn a_cloud_meets_the_links_that_its_points_meet_one_by_one() {
+    let (mut cloud, mut balls) = (Checker::new(arm()), Checker::new(arm()));
+    let mut random = random(77);
+    let mut point = || [(); 3].map(|()| 1.6 * random() - 0.8);
+    let points: Vec<_> = (0..700).map(|_| point()).collect();
+    let tree = Tree::from_points_f64(points.iter().copied()).unwrap();
+    let tree = tree.with_radius(0.004).unwrap();
+    let pose = at(0.0, 0.0, 0.5);
+    let shape = Shape::tree(tree.into());
+    let id = cloud.add("cloud", pose, shape).unwrap();
+    for [x, y, z] in points {
+        let shape = Shape::sphere(0.004).unwrap();
+        balls.add("ball", at(x, y, z + 0.5), shape).unwrap();
+    }
+    let (mut met, mut free) = (0, 0);
+    for margin in [0.0, 0.01] {
+        cloud.set_margin(Margin::Of("cloud"), margin).unwrap();
+        balls.set_margin(Margin::All, margin).unwrap();
+        for q in configurations(150, 9) {
+            let [mut of_cloud, of_balls] = [&mut cloud, &mut balls].map(|checker| {
+                let mut pairs = Vec::new();
+                let _ = checker.collide_all(&q, UNLIMITED, &mut pairs).unwrap();
+                // What meets an obstacle.
+                pairs.retain(|pair| pair[1] >= id);
+                let mut links: Vec<_> = pairs.iter().map(|pair| pair[0]).collect();
+                links.dedup();
+                links
+            });
+            of_cloud.sort_unstable();
+            assert_eq!(of_cloud, of_balls);
+            met += of_balls.len();
+            free += u32::from(of_balls.is_empty());
+        }
+    }
+    assert!(met > 200 && free > 20, "{met} {free}");
 }

@@ -13,7 +13,7 @@ const SECTIONS: [(&str, &[&str]); 18] = [
     ("Errors, and the version", &["status"]),
     ("Points, boxes and poses", &["pose"]),
     ("Meshes", &["mesh", "shapes"]),
-    ("Trees", &["tree"]),
+    ("Trees", &["tree", "tree_shapes"]),
     ("Two triangles", &["triangles"]),
     ("Budgets and clocks", &["budget"]),
     (

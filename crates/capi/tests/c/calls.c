@@ -90,6 +90,32 @@ static void shapes(void) {
   }
 }
 
+static void tree_shapes(void) {
+  const double points[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const float narrow[6] = {0, 0, 0, 1, 0, 0};
+  size_t triangles[10] = {1, 1, 12, 512, 256, 4, 4, 2, 4, 4};
+  punctual_tree *all[10];
+  OK(punctual_tree_ball(0.5, &all[0]));
+  OK(punctual_tree_capsule(0.5, 1, &all[1]));
+  OK(punctual_tree_box(1, 2, 3, 0.25, &all[2]));
+  OK(punctual_tree_cylinder(0.5, 1, &all[3]));
+  OK(punctual_tree_cone(0.5, 1, &all[4]));
+  OK(punctual_tree_hull(points, 4, &all[5]));
+  OK(punctual_tree_height_field(points, 6, 3, 1, 1, &all[6]));
+  OK(punctual_tree_from_points_f32(narrow, 2, 0, &all[7]));
+  OK(punctual_tree_from_points_f64(points, 4, 0.1, &all[8]));
+  OK(punctual_tree_with_radius(all[8], 0.2, &all[9]));
+  for (int i = 0; i < 10; i++) {
+    punctual_tree_facts facts = {.size = sizeof facts};
+    OK(punctual_tree_describe(all[i], &facts));
+    CHECK(facts.triangles == triangles[i]);
+    OK(punctual_tree_validate(all[i]));
+    punctual_tree_free(all[i]);
+  }
+  FAILS(punctual_tree_ball(-1, &all[0]), BAD_ARGUMENT,
+        "punctual_tree_ball: radius is -1.0, must be 1e-150 to 1e150");
+}
+
 static void poses(void) {
   punctual_pose turn, pose;
   punctual_point up = {1, 2, 3};
@@ -589,6 +615,7 @@ int main(int count, char **arguments) {
   meshes();
   files(arguments[1]);
   shapes();
+  tree_shapes();
   poses();
   triangles();
   trees();

@@ -6,6 +6,37 @@
 enum { JOINTS = 7 };
 static const double bent[JOINTS] = {-0.5, 1.2, 0.3, 0.4, 0, 0.2, 0}, beyond[JOINTS] = {1.5, 1.2, 0.3, 0.4, 0, 0.2, 0};
 
+static void near_pairs(punctual_robot *robot, uint32_t post) {
+  punctual_robot_near near = {.size = sizeof near};
+  punctual_robot_near_pair pairs[64];
+  double gradients[64 * JOINTS], before = 0, after = 0;
+  punctual_budget all = punctual_budget_unlimited();
+  punctual_point down = {0, -1, 0}, still = {0};
+  punctual_robot_motion motion = {.size = sizeof motion};
+  punctual_pose place = punctual_pose_identity();
+  for (int margin = 0; margin < 2; margin++) {
+    OK(punctual_robot_near_pairs(robot, bent, JOINTS, 0.5, 1e-9, all, NULL, pairs, sizeof pairs[0], gradients, 64, &near));
+    CHECK(near.count > 0 && near.count < 64 && near.beyond >= 0.5 && near.stop == PUNCTUAL_STOP_REASON_FINISHED);
+    before = after;
+    for (size_t i = 0; i < near.count; i++)
+      if (pairs[i].shapes[1] == post)
+        after = pairs[i].low;
+    OK(punctual_robot_set_margin(robot, margin == 0 ? 0.01 : 0, "post 1", NULL, 0));
+  }
+  CHECK(fabs(before - after - 0.01) < 1e-6);
+  FAILS(punctual_robot_set_margin(robot, 0.1, NULL, "post 1", 0), NULL, "punctual_robot_set_margin: name is null");
+
+  /* The post comes down on the robot. */
+  place.m[3] = 0.35;
+  place.m[7] = 1.45;
+  place.m[11] = 0.5;
+  OK(punctual_robot_move_along(robot, post, place, down, still, 0.01, 0));
+  OK(punctual_robot_edge(robot, bent, bent, JOINTS, 1, all, NULL, &motion));
+  CHECK(motion.verdict == PUNCTUAL_ROBOT_VERDICT_FREE);
+  place.m[7] = 0.45;
+  OK(punctual_robot_move(robot, post, place));
+}
+
 static void questions(punctual_robot *robot, uint32_t post) {
   punctual_robot_collision collision = {.size = sizeof collision};
   punctual_robot_clearance clearance = {.size = sizeof clearance};
@@ -73,6 +104,7 @@ void robots(void) {
   OK(punctual_robot_notices(robot, NULL, 0, &length));
   CHECK(length == 0);
   questions(robot, post);
+  near_pairs(robot, post);
   FAILS(punctual_robot_collide(robot, bent, 3, punctual_budget_unlimited(), NULL, &collision), BAD_ARGUMENT,
         "punctual_robot_collide: 3 joint values, the robot has 7");
 

@@ -5,7 +5,8 @@ use std::ptr::{null, null_mut};
 
 use super::call::*;
 use ::punctual_robot::{
-    Checker, ClearanceOptions, Collision, EdgeOptions, Model, Shape, UrdfOptions,
+    Checker, ClearanceOptions, Collision, EdgeOptions, Margin, Model, NearPairs, Shape, Track,
+    UrdfOptions,
 };
 use punctual::{Budget, Tree, shapes};
 use punctual_capi::{punctual_status as Status, *};
@@ -213,6 +214,179 @@ fn ignored_elements_of_robot_files_are_reported() {
         (same, &cut[..2], cut[2]),
         (length, &want.as_bytes()[..2], 0)
     );
+}
+
+fn zero_pair() -> punctual_robot_near_pair {
+    let point = punctual_point {
+        x: 0.0,
+        y: 0.0,
+        z: 0.0,
+    };
+    let (shapes, points) = ([0; 2], [point; 2]);
+    punctual_robot_near_pair {
+        shapes,
+        low: 0.0,
+        high: 0.0,
+        points,
+        normal: point,
+    }
+}
+
+/// Pairs within a distance, with margins, and beside an obstacle that moves.
+#[test]
+fn near_pairs_margins_and_tracks_are_those_of_rust() {
+    let (mut ours, mut theirs, _tree) = arms();
+    let links: Vec<String> = theirs.model().link_names().map(str::to_owned).collect();
+    let (cube, link) = (text("cube"), text(links.last().unwrap()));
+    let last = links.last().unwrap();
+    let none = null();
+    let margins = [
+        (0.01, none, none, 0, Margin::All),
+        (0.02, cube.as_ptr(), none, 0, Margin::Of("cube")),
+        (0.04, link.as_ptr(), none, 1, Margin::Padding(last)),
+        (
+            0.001,
+            link.as_ptr(),
+            cube.as_ptr(),
+            0,
+            Margin::Pair(last, "cube"),
+        ),
+    ];
+    let options = ClearanceOptions::default();
+    let mut want = NearPairs::default();
+    for (margin, name, other, padding, of) in margins {
+        for (work, room) in [(u64::MAX, 99), (3_000, 99), (u64::MAX, 2)] {
+            let (mut pairs, mut gradients) = (vec![zero_pair(); room], vec![f64::NAN; 7 * room]);
+            let found = made(|out| unsafe {
+                let budget = punctual_budget_work(work);
+                let (pairs, size) = (pairs.as_mut_ptr(), size_of::<punctual_robot_near_pair>());
+                let (q, gradients) = (BENT.as_ptr(), gradients.as_mut_ptr());
+                let robot = Some(&mut *ours);
+                punctual_robot_near_pairs(
+                    robot,
+                    q,
+                    7,
+                    0.3,
+                    1e-6,
+                    budget,
+                    None,
+                    pairs,
+                    size,
+                    gradients,
+                    room,
+                    slot(out),
+                )
+            });
+            let told = theirs.near_pairs(&BENT, 0.3, &options, Budget::work(work), &mut want);
+            let told = told.unwrap();
+            assert_eq!(
+                (found.beyond, found.work, found.count),
+                (told.value, told.work, want.pairs.len())
+            );
+            assert!(found.count > 2 || work < u64::MAX);
+            for (i, (found, pair)) in pairs.iter().zip(&want.pairs).enumerate() {
+                assert_eq!(found.shapes, pair.pair.map(|id| id.number()));
+                assert_eq!(
+                    (found.low, found.high, found.normal.x),
+                    (pair.low, pair.high, pair.normal.x)
+                );
+                assert_eq!(found.points.map(|p| p.z), pair.points.map(|p| p.z));
+                let row = &want.gradients[7 * i..][..7];
+                assert_eq!(&gradients[7 * i..][..7], row);
+            }
+        }
+        let robot = Some(&mut *ours);
+        // SAFETY: texts.
+        let status = unsafe { punctual_robot_set_margin(robot, margin, name, other, padding) };
+        assert_eq!(status, Status::Ok, "{}", last_error());
+        theirs.set_margin(of, margin).unwrap();
+    }
+    let mut place = punctual_pose_identity();
+    (place.m[3], place.m[7], place.m[11]) = (0.35, 1.45, 0.5);
+    let [linear, angular] = [[0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+    let point = |[x, y, z]: [f64; 3]| punctual_point { x, y, z };
+    let cube = theirs.find("cube").unwrap();
+    let (linear_c, angular_c) = (point(linear), point(angular));
+    let (robot, number) = (Some(&mut *ours), cube.number());
+    let status = punctual_robot_move_along(robot, number, place, linear_c, angular_c, 0.01, 0.1);
+    assert_eq!(status, Status::Ok, "{}", last_error());
+    let pose = punctual::Pose::from_row_major(place.m).unwrap();
+    let track = Track::velocity(&pose, linear, angular).unwrap();
+    theirs
+        .move_along(cube, track.reach(0.01, 0.1).unwrap())
+        .unwrap();
+    let found = made(|out| unsafe {
+        let (q, v, all) = (BENT.as_ptr(), [0.0; 7], punctual_budget_unlimited());
+        punctual_robot_horizon(Some(&mut ours), q, v.as_ptr(), 7, 3.0, all, None, slot(out))
+    });
+    let want = theirs
+        .horizon(&BENT, &[0.0; 7], 3.0, Budget::unlimited())
+        .unwrap();
+    assert!(want.value.free_until > 0.3 && want.value.free_until < 3.0);
+    assert_eq!(
+        (found.free_until, found.work),
+        (want.value.free_until, want.work)
+    );
+}
+
+#[test]
+fn bad_margins_and_tracks_are_refused() {
+    let (mut robot, _, _) = arms();
+    let (nose, cube, none) = (text("nose"), text("cube"), null());
+    let (zero, pose) = (zero_pair().normal, punctual_pose_identity());
+    let mut near = std::mem::MaybeUninit::uninit();
+    let mut margin = |margin, name, other, padding| {
+        // SAFETY: texts.
+        unsafe { punctual_robot_set_margin(Some(&mut robot), margin, name, other, padding) }
+    };
+    refuses! {
+        margin(0.1, nose.as_ptr(), none, 0)
+            => BadArgument "punctual_robot_set_margin: margin: there is no link or obstacle nose";
+        margin(-1.0, cube.as_ptr(), none, 0)
+            => BadArgument "punctual_robot_set_margin: margin: -1 m for Of(\"cube\"), allowed is 0 to 1e30";
+        margin(0.1, none, cube.as_ptr(), 0) => null "name";
+        margin(0.1, none, none, 1) => null "name";
+        margin(0.1, cube.as_ptr(), cube.as_ptr(), 1)
+            => BadArgument "punctual_robot_set_margin: padding of two names has no value 1";
+    }
+    let mut along = |shape, reach| {
+        punctual_robot_move_along(Some(&mut robot), shape, pose, zero, zero, reach, 0.0)
+    };
+    refuses! {
+        along(999, 0.0) => BadArgument "punctual_robot_move_along: no such obstacle";
+        along(999, -1.0)
+            => BadArgument "punctual_robot_move_along: track: reach -1 m, 0 m/s, allowed is 0 to 1e30";
+    }
+    let mut ask = |within, joints, room| unsafe {
+        let (q, all, size) = (
+            BENT.as_ptr(),
+            punctual_budget_unlimited(),
+            size_of::<punctual_robot_near_pair>(),
+        );
+        let (robot, near) = (Some(&mut *robot), slot(Some(&mut near)));
+        punctual_robot_near_pairs(
+            robot,
+            q,
+            joints,
+            within,
+            1e-6,
+            all,
+            None,
+            null_mut(),
+            size,
+            null_mut(),
+            room,
+            near,
+        )
+    };
+    assert_eq!(ask(0.1, 7, 0), Status::Ok);
+    refuses! {
+        ask(0.1, 7, 1) => null "pairs";
+        ask(-0.1, 7, 0)
+            => BadArgument "punctual_robot_near_pairs: within is -0.1, which is negative or no number";
+        ask(0.1, 3, 0) => BadArgument "punctual_robot_near_pairs: 3 joint values, the robot has 7";
+        punctual_robot_move_along(None, 0, pose, zero, zero, 0.0, 0.0) => null "robot";
+    }
 }
 
 #[test]
