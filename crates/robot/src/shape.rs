@@ -20,10 +20,10 @@ const SLACK: f64 = 1e-12;
 ///
 /// - **Meshes are surfaces or solids** as asked: a body wholly inside a solid meets it. A mesh with
 ///   open edges is a surface in any case.
-/// - **Boxes, spheres and cylinders are solids.**
+/// - **Boxes, spheres, capsules and cylinders are solids.**
 /// - **Boxes** are exact: 12 triangles.
-/// - **Spheres** are a point with a margin, exact up to 4e-14 times the size of the pair; what is
-///   closer to touching than that counts as touching.
+/// - **Spheres and capsules** are a point or a segment with a radius, exact up to 4e-14 times the
+///   size of the pair; what is closer to touching than that counts as touching.
 /// - **Cylinders** are prisms around the true cylinder ([`Tree::cylinder`]), so free is proven for
 ///   the true cylinder too. No point of the prism is farther from the cylinder than
 ///   [`Shape::band`], 3.02e-4 times the radius: a contact may be that much early, and the upper
@@ -90,6 +90,15 @@ impl Shape {
     pub fn cylinder(radius: f64, length: f64) -> Result<Self, RobotError> {
         let tree = Tree::cylinder(radius, length);
         Self::made("cylinder", tree, tree::ROUND_BAND * radius)
+    }
+
+    /// A solid capsule: all points no farther than the radius from a segment of this length along z,
+    /// whose middle is the origin.
+    ///
+    /// # Errors
+    /// If radius or length is out of range ([`Tree::capsule`]) or beyond 1e30.
+    pub fn capsule(radius: f64, length: f64) -> Result<Self, RobotError> {
+        Self::made("capsule", Tree::capsule(radius, length), 0.0)
     }
 
     fn made(what: &str, tree: Result<Tree, ShapeError>, band: f64) -> Result<Self, RobotError> {
@@ -183,7 +192,7 @@ impl Inner {
         if self.tree.solid().is_some() || self.tree.radius() == 0.0 {
             return inside(&self.tree, p).is_inside();
         }
-        // A sphere.
+        // A sphere or a capsule: what is within the radius of the middle is inside.
         p.length_squared() <= self.tree.radius() * self.tree.radius()
     }
     /// True if a sample of another shape is inside, which is at a place in the shape's frame.

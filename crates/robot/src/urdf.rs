@@ -5,6 +5,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use punctual::Pose;
+use punctual::glam::DVec3;
 use punctual_io::text::{decode, without_late_declaration};
 use roxmltree::{Document, Node};
 
@@ -49,10 +51,14 @@ impl UrdfOptions {
 impl Model {
     /// Reads a robot from a URDF file: the collision shapes, not the visual ones.
     ///
+    /// A planar joint `base` becomes the joints `base/x`, `base/y` and `base/yaw`, about its axis; a
+    /// floating one `base/x`, `base/y`, `base/z`, `base/yaw`, `base/pitch` and `base/roll`. Each
+    /// turn is about an axis that the ones before have turned.
+    ///
     /// # Errors
     /// [`RobotError::File`], which names the file, the line, and the link or joint: files that
-    /// cannot be read, meshes of other formats than those of `punctual-io`, joints that are
-    /// floating or planar, and the errors of [`Model::new`].
+    /// cannot be read, meshes of other formats than those of `punctual-io`, joints of an unknown
+    /// type, and the errors of [`Model::new`].
     pub fn from_urdf(file: impl AsRef<Path>, options: &UrdfOptions) -> Result<Self, RobotError> {
         let file = file.as_ref();
         let mut meshes = Meshes {
@@ -207,7 +213,11 @@ fn robot(root: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Description, Rob
                 let read = ["parent", "child", "origin", "axis", "limit", "mimic"];
                 let place = format!("joint {name}: ");
                 meshes.notices.pass_over(node, &place, &read);
-                robot.joints.push(joint(node).map_err(of)?);
+                let joint = joint(node).map_err(of)?;
+                match free_axes(node.attribute("type"), joint.axis.into()) {
+                    None => robot.joints.push(joint),
+                    Some(axes) => free(&mut robot, joint, &axes),
+                }
             }
             _ => {}
         }
@@ -254,24 +264,77 @@ fn shape(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Shape, RobotErro
             let radius = number(node, "radius", None)?;
             Shape::cylinder(radius, number(node, "length", None)?)
         }
+        "capsule" => {
+            let radius = number(node, "radius", None)?;
+            Shape::capsule(radius, number(node, "length", None)?)
+        }
         "mesh" => {
             let scale = numbers(node, "scale", Some([1.0; 3]))?;
             meshes.shape(node, attribute(node, "filename")?, scale)
         }
         other => refuse(format!(
-            "a shape of the kind `{other}`, known are box, sphere, cylinder and mesh"
+            "a shape of the kind `{other}`, known are box, sphere, cylinder, capsule and mesh"
         )),
+    }
+}
+
+/// The axes of a joint that is planar or floating, each with the end of its name.
+fn free_axes(kind: Option<&str>, axis: DVec3) -> Option<Vec<(&'static str, DVec3)>> {
+    let [x, y, z] = DVec3::AXES;
+    match kind? {
+        "planar" => {
+            let axis = axis.normalize_or(DVec3::Z);
+            let (x, y) = axis.any_orthonormal_pair();
+            Some(vec![("x", x), ("y", y), ("yaw", axis)])
+        }
+        "floating" => {
+            let slides = [("x", x), ("y", y), ("z", z)];
+            let turns = [("yaw", z), ("pitch", y), ("roll", x)];
+            Some([slides, turns].concat())
+        }
+        _ => None,
+    }
+}
+
+/// Adds a joint of several axes as a chain of joints, with links without shapes between them.
+fn free(robot: &mut Description, joint: Joint, axes: &[(&str, DVec3)]) {
+    let mut parent = joint.parent;
+    for (i, (axis, along)) in axes.iter().enumerate() {
+        let name = format!("{}/{axis}", joint.name);
+        let child = if i + 1 == axes.len() {
+            joint.child.clone()
+        } else {
+            robot.links.push(Link {
+                name: name.clone(),
+                shapes: Vec::new(),
+            });
+            name.clone()
+        };
+        robot.joints.push(Joint {
+            name,
+            kind: if axis.len() == 1 {
+                JointKind::Prismatic
+            } else {
+                JointKind::Continuous
+            },
+            parent: std::mem::replace(&mut parent, child.clone()),
+            child,
+            origin: if i == 0 { joint.origin } else { Pose::IDENTITY },
+            axis: along.to_array(),
+            limits: None,
+            mimic: None,
+        });
     }
 }
 
 fn joint(node: Node<'_, '_>) -> Result<Joint, RobotError> {
     let kind = match attribute(node, "type")? {
-        "fixed" => JointKind::Fixed,
+        "fixed" | "planar" | "floating" => JointKind::Fixed,
         "revolute" => JointKind::Revolute,
         "continuous" => JointKind::Continuous,
         "prismatic" => JointKind::Prismatic,
         other => {
-            let known = "known are fixed, revolute, continuous and prismatic";
+            let known = "known are fixed, revolute, continuous, prismatic, planar and floating";
             return fail(node, format!("of the type `{other}`, {known}"));
         }
     };

@@ -943,8 +943,12 @@ fn what_is_wrong_is_named() {
             ["link hand", "package://p/a.stl", "not found"],
         ),
         (
+            link("<cone radius=\"1\"/>"),
+            ["link hand", "cone", "robot.urdf:1"],
+        ),
+        (
             link("<capsule radius=\"1\"/>"),
-            ["link hand", "capsule", "robot.urdf:1"],
+            ["link hand", "length", "robot.urdf:1"],
         ),
         (
             link("<box size=\"1 2\"/>"),
@@ -956,8 +960,8 @@ fn what_is_wrong_is_named() {
         ),
         (link(""), ["link hand", "without geometry", "robot.urdf:1"]),
         (
-            joint("planar", ""),
-            ["joint knee", "planar", "robot.urdf:1"],
+            joint("spherical", ""),
+            ["joint knee", "spherical", "robot.urdf:1"],
         ),
         (
             joint("revolute", "<axis xyz=\"0 0 0\"/>"),
@@ -1104,4 +1108,54 @@ fn a_cloud_is_an_obstacle() {
         );
     }
     assert!(hit > 0, "{hit}");
+}
+
+#[test]
+fn planar_and_floating_joints_are_chains_of_their_axes() {
+    let shape = r#"<capsule radius="0.1" length="0.6"/>"#;
+    let robot = format!(
+        r#"<robot name="rover"><link name="world"/>
+        <link name="base"><collision><geometry>{shape}</geometry></collision></link>
+        <joint name="drive" type="planar"><parent link="world"/><child link="base"/>
+        <origin xyz="0 0 0.5"/><axis xyz="0 0 2"/></joint>
+        <link name="drone"><collision><geometry>{shape}</geometry></collision></link>
+        <joint name="fly" type="floating"><parent link="world"/><child link="drone"/></joint>
+        </robot>"#
+    );
+    let file = std::env::temp_dir().join(format!("punctual-rover-{}.urdf", std::process::id()));
+    std::fs::write(&file, robot).unwrap();
+    let model = Model::from_urdf(&file, &UrdfOptions::default()).unwrap();
+    std::fs::remove_file(&file).unwrap();
+    let ends = ["x", "y", "z", "yaw", "pitch", "roll"];
+    let drive = ["drive/x", "drive/y", "drive/yaw"].map(String::from);
+    let names: Vec<String> = drive
+        .into_iter()
+        .chain(ends.map(|end| format!("fly/{end}")))
+        .collect();
+    let mut found: Vec<_> = model.joint_names().to_vec();
+    found.sort_unstable();
+    let mut sorted = names.clone();
+    sorted.sort_unstable();
+    assert_eq!(found, sorted);
+    let (yaw, pitch, roll) = (0.4f64, -0.7f64, 0.9f64);
+    let values = [1.0, 2.0, 0.3, -1.0, -2.0, 3.0, yaw, pitch, roll];
+    let of = |name: &String| values[names.iter().position(|other| other == name).unwrap()];
+    let q: Vec<f64> = model.joint_names().iter().map(of).collect();
+    let poses = model.link_poses(&q).unwrap();
+    let pose = |link: &str| poses[model.link_names().position(|name| name == link).unwrap()];
+    assert_eq!(pose("base").translation(), DVec3::new(1.0, 2.0, 0.5));
+    let turned = DMat3::from_rotation_z(0.3);
+    assert!((*pose("base").rotation() - turned).abs_diff_eq(DMat3::ZERO, 1e-15));
+    let rotation =
+        DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
+    assert_eq!(pose("drone").translation(), DVec3::new(-1.0, -2.0, 3.0));
+    assert!((*pose("drone").rotation() - rotation).abs_diff_eq(DMat3::ZERO, 1e-15));
+    // The capsules, one above the other, touch where their ends meet.
+    let mut checker = Checker::new(model.into());
+    let mut at = |height: f64| {
+        let heights = |name: &String| if name == "fly/z" { height } else { 0.0 };
+        let q: Vec<f64> = checker.model().joint_names().iter().map(heights).collect();
+        checker.collide(&q, Budget::unlimited()).unwrap().value != Collision::Free
+    };
+    assert!(at(1.299_999) && !at(1.300_001) && at(0.5));
 }
