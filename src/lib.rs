@@ -73,8 +73,8 @@
 //! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
 //! - Shapes: [`Tree::ball`], [`Tree::capsule`], [`Tree::cuboid`], [`Tree::cylinder`] and others.
 //! - A mesh against itself: [`Query::self_intersections`]. Instances of a mesh, scaled or mirrored:
-//!   [`Tree::scaled`]. Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
-//!   crate `punctual-io`.
+//!   [`Tree::scaled`]. Meshes that deform: [`Tree::refit`]. Built trees as bytes:
+//!   [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - State kept from frame to frame: [`PairMemory`]. Without a system clock: [`Budget::clock`],
 //!   [`Clock`].
 //! - The guides and measurements are the pages of [`guide`] and of the folder `docs`.

@@ -4,6 +4,8 @@
 use punctual::distance::Bounds;
 use punctual::engine::{Ask, Question};
 use punctual::geom::random::Random;
+use punctual::geom::triangle::distance::closest_or_meeting;
+use punctual::geom::triangles_intersect;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::tree::{Solid, SolidError, TreeFileError};
 use punctual::{
@@ -332,6 +334,76 @@ fn without_a_radius_no_bit_differs() {
         let [one, other] = &mut told;
         assert_eq!(one, other);
     }
+}
+
+#[test]
+fn balls_and_capsules_are_as_far_from_meshes_as_all_triangles_say() {
+    let (mut random, mut workspace) = (Random::new(8), Workspace::new());
+    let meshes = [
+        shapes::torus_knot(2, 3, 0.1, 48),
+        shapes::gear(9, 2),
+        shapes::height_field(20, 3),
+    ];
+    let trees = meshes.map(Tree::new);
+    let (mut meets, mut open) = (0, 0);
+    for i in 0..300 {
+        let tree = &trees[i % 3];
+        let (radius, half) = (random.between(0.0, 0.3), random.between(0.0, 1.0));
+        let half = [0.0, half, 30.0 * half][i / 3 % 3];
+        let lone = capsule(half, radius);
+        // Some are too far for the walk of one tree.
+        let far = [1.0, 2.0, 60.0][i / 9 % 3];
+        let pose = pose(&mut random, far);
+        let is_a = i % 2 == 0;
+        let [a, b] = if is_a { [&lone, tree] } else { [tree, &lone] };
+        let corners = |tree: &Tree, id: usize, is_b: bool| {
+            let place = |p| if is_b { pose.transform_point(p) } else { p };
+            tree.mesh().triangle(id).map(place)
+        };
+        let core = corners(&lone, 0, !is_a);
+        let gap = |id| {
+            let corners = corners(tree, id, is_a);
+            if triangles_intersect(&corners, &core) {
+                return 0.0;
+            }
+            closest_or_meeting(&corners, &core).high
+        };
+        let gaps: Vec<f64> = (0..tree.mesh().len()).map(gap).collect();
+        let core_gap = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+        let truth = (core_gap - radius).max(0.0);
+        let close = CLOSE * (1.0 + far);
+        let query = Query::distance(a, b, pose).absolute_tolerance(0.0);
+        let mut bound = u64::MAX;
+        let mut part = query.run(&mut workspace, Budget::work(0));
+        while !part.stop.is_final() {
+            let certificate = query.certificate(&workspace).unwrap();
+            assert!(certificate.upper_bound() <= bound);
+            bound = certificate.upper_bound();
+            open += usize::from(certificate.boxes().count() > 1);
+            part = query.resume(&mut workspace, Budget::work(60)).unwrap();
+        }
+        let found = run(&query, &mut workspace, &mut random, same_bounds, |found| {
+            assert!(found.low <= truth + close && truth <= found.high + close);
+        });
+        assert!(found.value.high - found.value.low <= close);
+        assert!(same_bounds(&found.value, &part.value));
+        let query = Query::intersection(a, b, pose);
+        let found = run(&query, &mut workspace, &mut random, same_verdict, |_| ());
+        if (core_gap - radius).abs() > close {
+            assert_eq!(found.value.meets(), core_gap < radius, "{i}");
+            meets += usize::from(core_gap < radius);
+        }
+        let query = Query::all_pairs(a, b, pose);
+        let _ = run(&query, &mut workspace, &mut random, same_verdict, |_| ());
+        let listed = workspace.pairs().len();
+        let [least, most] =
+            [-close, close].map(|close| gaps.iter().filter(|gap| **gap <= radius + close).count());
+        assert!(
+            (least..=most).contains(&listed),
+            "{i} {listed} {least} {most}"
+        );
+    }
+    assert!(meets > 40 && open > 300, "{meets} {open}");
 }
 
 #[test]

@@ -159,7 +159,10 @@ impl<'w> Certificate<'w> {
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Substep);
-        let nodes = workspace.frontier.iter().map(Open::Nodes);
+        let nodes = workspace
+            .frontier
+            .iter()
+            .map(|pair| Open::Nodes(workspace.state.distance.nodes(pair)));
         nodes.chain(triangles).chain(later).take(self.most())
     }
 

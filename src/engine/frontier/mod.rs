@@ -57,6 +57,8 @@ pub(crate) enum Origin {
     Dive,
     Stack,
     Queue,
+    /// The nodes of one tree, beside a body of one point or segment.
+    Beside,
 }
 
 /// Maximum number of paths: one for each bit of a mask.
@@ -317,6 +319,31 @@ impl Frontier {
         Some((self.pop_stack()?, origin))
     }
 
+    /// Pops the pair of the stack with the least key ([`Pair::keyed`]), the last of several. Drops
+    /// those whose keys are not below `cut`, and lowers `dropped` to their least key.
+    #[inline(always)]
+    pub fn pop_least(&mut self, cut: f32, dropped: &mut f32) -> Option<Pair> {
+        let (mut kept, mut least, mut at) = (0, f32::INFINITY, 0);
+        for i in 0..self.height {
+            let pair = self.stack[i % STACK];
+            let key = pair.key();
+            if key < cut {
+                if key <= least {
+                    (least, at) = (key, kept);
+                }
+                self.stack[kept % STACK] = pair;
+                kept += 1;
+            } else {
+                *dropped = dropped.min(key);
+            }
+        }
+        self.height = kept;
+        if kept > 0 {
+            self.raise(at);
+        }
+        self.pop_stack()
+    }
+
     /// Pops the last pair of the stack, except those set aside.
     #[inline(always)]
     pub fn pop_stack(&mut self) -> Option<Pair> {
@@ -435,17 +462,21 @@ impl Frontier {
         (self.free, self.touched, self.queued) = (NONE, 0, 0);
     }
 
+    /// The pairs on the stack, from its top.
+    pub fn stack(&self) -> impl Iterator<Item = Pair> + '_ {
+        self.stack[..self.height].iter().rev().copied()
+    }
+
     /// All pairs: those on paths, those of the stack from its top, the ranked ones, and the queued
     /// ones in the order in which they would be popped.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let paths = self.paths.iter().map(|(pair, _)| *pair);
-        let stack = self.stack[..self.height].iter().rev().copied();
         let entry = |slot: u32| (slot != NONE).then(|| &self.arena[slot as usize]);
         let list = move |first: u32| successors(entry(first), move |last| entry(last.next));
         let queued = self.lists.iter().flat_map(move |&first| list(first));
         let ranked = (0..self.ranked.len()).map(|at| self.ranked.pair(at));
         paths
-            .chain(stack)
+            .chain(self.stack())
             .chain(ranked)
             .chain(queued.map(|entry| entry.pair))
     }

@@ -13,7 +13,7 @@ use crate::engine::triangles::{ids, points, rows};
 use crate::engine::workspace::Workspace;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
-    WORK_PER_LOOKUP, WORK_PER_SEGMENT,
+    WORK_PER_LOOKUP, WORK_PER_POINT_TRIANGLE, WORK_PER_SEGMENT,
 };
 use crate::query::contacts::contact::Contact;
 use crate::query::manifolds::manifold::{Shape, Skin, falls_beside};
@@ -194,8 +194,15 @@ impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
         }
         let trees = [self.a, self.b];
         let [a, b] = Corners::of_pair(&mut workspace.corners, trees, self.b_in_a, pair);
-        stats.work += WORK_PER_CLOSEST_POINTS;
-        let mut found = closest(a, b);
+        let near = match self.question.lone {
+            Some(lone) if lone.is_point => lone.closest(a, b),
+            _ => None,
+        };
+        stats.work += match near {
+            Some(_) => WORK_PER_POINT_TRIANGLE,
+            None => WORK_PER_CLOSEST_POINTS,
+        };
+        let mut found = near.unwrap_or_else(|| closest(a, b));
         let segment = if found.low.max(proven) == 0.0 {
             stats.exact_tests += 1;
             stats.work += WORK_PER_EXACT_TEST;

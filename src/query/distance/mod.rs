@@ -5,6 +5,7 @@ pub(crate) mod estimate;
 pub(crate) mod gaps;
 pub(crate) mod halves;
 pub(crate) mod interval;
+mod lone;
 pub(crate) mod nearest;
 pub(crate) mod search;
 #[cfg(all(test, feature = "std"))]
@@ -275,7 +276,9 @@ impl Ask<Distance> for Query<'_, Distance> {
         }
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
         let relative = RelativePose::new(self.a, self.b, b_in_a);
-        let mut question = Nearness::new(&relative, &workspace.state.distance.interval);
+        let search = &mut workspace.state.distance;
+        let question = Nearness::new(&relative, &search.interval);
+        let mut question = question.beside(trees, &relative, search);
         question.depth_first = self.asked.options.depth_first;
         let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
         workspace.bound(f32::INFINITY, relative.unit);

@@ -12,17 +12,18 @@
 
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
-use super::search::{Bounded, DIVE, root};
+use super::lone::Lone;
+use super::search::{Bounded, DIVE, Search, Waiting, root};
 use crate::engine::boxes::RelativePose;
-use crate::engine::expand::{Keys, LeafRows, Sink, expand, key_of};
+use crate::engine::expand::{Keys, LeafRows, Sink, expand, key_of, node};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
-use crate::model::cost::WORK_PER_LOOKUP;
-use crate::tree::WIDTH;
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_RAY_NODE};
+use crate::tree::{Tree, WIDTH};
 use glam::DVec3;
 use punctual_geom::bits;
-use punctual_geom::lanes::Lanes;
+use punctual_geom::lanes::{Column, F8, Lanes};
 
 /// The question of the distance of two surfaces.
 pub(crate) struct Nearness {
@@ -37,7 +38,14 @@ pub(crate) struct Nearness {
     guess: f32,
     /// All node pairs go on one stack.
     pub(super) depth_first: bool,
+    /// The body that is one point or segment.
+    pub(super) lone: Option<Lone>,
 }
+
+/// Maximum number of nodes opened beside a lone body in one step.
+const NODES_PER_STEP: u32 = 6;
+
+const _: () = assert!(NODES_PER_STEP as u64 * WORK_PER_RAY_NODE <= MAX_STEP_WORK);
 
 impl Nearness {
     pub fn new(relative: &RelativePose, interval: &Interval) -> Self {
@@ -49,9 +57,25 @@ impl Nearness {
             direction,
             guess: f32::INFINITY,
             depth_first: false,
+            lone: None,
         };
         distance.update(relative, interval);
         distance
+    }
+
+    /// Searches beside a lone body, if one of the trees is one.
+    pub fn beside(
+        mut self,
+        trees: [&Tree; 2],
+        relative: &RelativePose,
+        search: &mut Search,
+    ) -> Self {
+        self.lone = Lone::of(trees, relative);
+        if let Some(lone) = &self.lone {
+            search.beside(lone.is_a);
+            self.update(relative, &search.interval);
+        }
+        self
     }
 
     /// Updates the cut and the direction after a change of the interval.
@@ -60,6 +84,9 @@ impl Nearness {
         self.doubt = root(self.cut) + relative.least_gap_and_margin();
         if let Some((_, found)) = interval.nearest() {
             self.direction = Direction::new(-found.direction);
+            if let Some(lone) = &mut self.lone {
+                lone.turn(relative, -found.direction);
+            }
         }
     }
 }
@@ -73,6 +100,15 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
             self.look_for_plane();
         }
         let search = &mut self.workspace.state.distance;
+        if self.question.lone.is_some() {
+            let frontier = &mut self.workspace.frontier;
+            let next = match search.interval.nearest() {
+                // The first nodes are those above the first upper bound.
+                None => frontier.pop_stack(),
+                Some(_) => frontier.pop_least(self.question.cut, &mut search.dropped),
+            };
+            return Some((next?, Origin::Beside));
+        }
         match search.dive.take() {
             Some(pair) => Some((pair, Origin::Dive)),
             None => self.workspace.frontier.pop(),
@@ -102,6 +138,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
                     self.workspace.bound(root(gaps.least), relative.unit);
                 }
             }
+            Origin::Beside => return self.open_beside(lanes, pair),
             Origin::Stack | Origin::Path => {}
         }
         let trees = [self.a, self.b];
@@ -193,6 +230,72 @@ impl<const POINTS: bool> Sink for Traversal<'_, '_, Nearness, POINTS> {
 }
 
 impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
+    /// Opens a node of the other tree beside a lone body ([`Pair::keyed`]), then its closest child,
+    /// and so on; the other children go on the stack, the closest on top.
+    #[inline(always)]
+    fn open_beside<L: Lanes>(&mut self, lanes: L, mut pair: Pair) {
+        let Some(lone) = &self.question.lone else {
+            return;
+        };
+        let tree = if lone.is_a { self.b } else { self.a };
+        let cut = self.question.cut;
+        for _ in 0..NODES_PER_STEP {
+            let workspace = &mut *self.workspace;
+            let search = &mut workspace.state.distance;
+            if pair.key() >= cut {
+                workspace.run.stats.work += WORK_PER_LOOKUP;
+                search.dropped = search.dropped.min(pair.key());
+                return;
+            }
+            let mut leaf = None;
+            let (node, _) = node::<POINTS, L>(lanes, tree, pair.nodes[0], &mut leaf);
+            let (near, order) = lone.keys(lanes, node);
+            let near = near.max(F8::splat(lanes, pair.key()));
+            let hits = near.less(F8::splat(lanes, cut)).mask() & node.valid();
+            let (keys, order) = (near.store(), order.store());
+            workspace.run.stats.bv_tests += u64::from(node.children);
+            workspace.run.stats.work += WORK_PER_RAY_NODE;
+            // Every child that was dropped is at least as far apart as the cut.
+            search.interval.pass_rest();
+            if hits == 0 {
+                return;
+            }
+            let first = node.first_child;
+            let likeliest = likeliest(hits, &order);
+            if !node.is_leaf {
+                let child = |i: usize| Pair::keyed(first + i as u32, keys[i % WIDTH]);
+                for i in bits(hits & !(1 << likeliest)) {
+                    workspace.frontier.push(child(i));
+                }
+                pair = child(likeliest);
+                continue;
+            }
+            // The test of a point in `f64` takes no longer than that in `f32`. Without an upper
+            // bound, one pair gives the others a cut.
+            let is_contacts = workspace.state.contacts.margin().is_some();
+            let search = &mut workspace.state.distance;
+            let all = lone.is_point && !is_contacts;
+            let one = all || !is_contacts && search.interval.nearest().is_none();
+            let low = near.max(F8::splat(lanes, 0.0)).sqrt();
+            let low = (low * F8::splat(lanes, 1.0 - f32::EPSILON)).store();
+            let mut wait = |i: usize, is_proposed: bool| {
+                let (other, at) = (first + i as u32, i % WIDTH);
+                let pair = if lone.is_a { [0, other] } else { [other, 0] };
+                if is_proposed {
+                    let low = low[at];
+                    search.proposed.push(Bounded { pair, low });
+                } else {
+                    let key = keys[at];
+                    search.waiting.push(Waiting { pair, key });
+                }
+            };
+            bits(hits & !(1 << likeliest)).for_each(|i| wait(i, all));
+            wait(likeliest, one);
+            return;
+        }
+        self.workspace.frontier.push(pair);
+    }
+
     /// Keeps a child for later. `deepest` is the key and place on the stack of the deepest of its
     /// siblings.
     #[inline(always)]
@@ -238,6 +341,19 @@ impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
             self.workspace.state.distance.drop_all();
         }
     }
+}
+
+/// The bit of a mask that is not 0 with the least number.
+#[inline(always)]
+fn likeliest(mut hits: u32, order: &[f32; WIDTH]) -> usize {
+    let mut found = hits.trailing_zeros() as usize % WIDTH;
+    while hits != 0 {
+        let i = hits.trailing_zeros() as usize % WIDTH;
+        hits &= hits - 1;
+        // A select, not a branch, because the comparison is unpredictable.
+        found = if order[i] < order[found] { i } else { found };
+    }
+    found
 }
 
 /// The bit of the least key, as a mask.

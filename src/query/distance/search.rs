@@ -59,6 +59,11 @@ pub(crate) struct Search {
     /// the end of a call.
     pub dropped: f32,
     pub halves: Halves,
+    /// If a body is lone ([`Lone`](super::lone::Lone)), true if it is A. The pairs of the frontier
+    /// are nodes of the other tree, with keys.
+    pub lone: Option<bool>,
+    /// Number of pairs that wait from which on they are tested.
+    pub batch: usize,
     /// The upper bits of a key that map to the first bucket.
     first_bucket: Option<u32>,
 }
@@ -75,6 +80,8 @@ impl Search {
             put_off: Box::default(),
             dropped: f32::INFINITY,
             halves: Halves::NEVER,
+            lone: None,
+            batch: WIDTH,
             first_bucket: None,
         }
     }
@@ -86,6 +93,7 @@ impl Search {
         self.is_used = false;
         (self.interval, self.halves, self.first_bucket) =
             (Interval::nothing(), Halves::NEVER, None);
+        (self.lone, self.batch) = (None, WIDTH);
         self.dropped = f32::INFINITY;
         self.drop_all();
     }
@@ -106,6 +114,22 @@ impl Search {
             // With a limit there is already an upper bound to compare with.
             None if interval.has_limit() => {}
             None => (self.is_diving, self.dive) = (true, Some(Pair::new(0, 0))),
+        }
+    }
+
+    /// Searches beside a lone body: without a dive, because the first nodes opened are those of a
+    /// dive, and testing what a leaf has at once.
+    pub fn beside(&mut self, is_a: bool) {
+        (self.lone, self.batch) = (Some(is_a), 1);
+        (self.is_diving, self.dive) = (false, None);
+    }
+
+    /// A pair of the frontier as nodes of both trees.
+    pub fn nodes(&self, pair: Pair) -> Pair {
+        match self.lone {
+            Some(true) => Pair::new(0, pair.nodes[0]),
+            Some(false) => Pair::new(pair.nodes[0], 0),
+            None => pair,
         }
     }
 
@@ -167,7 +191,7 @@ impl Search {
     /// True if enough triangle pairs wait for a batch.
     #[inline(always)]
     pub fn is_due(&self) -> bool {
-        !self.proposed.is_empty() || self.waiting.len() >= WIDTH
+        !self.proposed.is_empty() || self.waiting.len() >= self.batch
     }
 
     /// True if no dive and no triangle pair is left.
@@ -187,6 +211,10 @@ impl Search {
     pub fn bound(&mut self, frontier: &Frontier, current: f32, unit: f64) {
         let nodes = match frontier.least_bucket() {
             _ if self.is_diving => 0.0,
+            _ if self.lone.is_some() => {
+                let keys = frontier.stack().map(|pair| pair.key());
+                root(keys.fold(f32::INFINITY, f32::min))
+            }
             None => f32::INFINITY,
             Some(bucket) => root(self.least_key(bucket)),
         };

@@ -65,7 +65,9 @@ impl Query<'_, Intersection> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
-        let question = Nearness::new(relative, &workspace.state.distance.interval);
+        let search = &mut workspace.state.distance;
+        let question = Nearness::new(relative, &search.interval);
+        let question = question.beside(trees, relative, search);
         let stop = traverse(question, trees, b_in_a, relative, workspace, deadline);
         workspace.bound(f32::INFINITY, relative.unit);
         if self.asked.options.mode == Mode::All || !stop.is_final() {

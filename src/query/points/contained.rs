@@ -110,8 +110,11 @@ impl<Q> Query<'_, Q> {
     }
 }
 
+/// Least number of triangles that bound a volume.
+const LEAST_TRIANGLES: usize = 4;
+
 /// True if the first tree can contain the second.
 pub(crate) fn may_hold(outer: &Tree, inner: &Tree) -> bool {
     let is_closed = outer.solid().is_some_and(|solid| solid.is_closed());
-    is_closed && inner.solid().is_some() && !outer.nodes().is_empty()
+    is_closed && inner.solid().is_some() && outer.mesh().len() >= LEAST_TRIANGLES
 }
