@@ -84,7 +84,8 @@ def test_files_of_points(tmp_path, ending):
     if ending == ".npy":
         np.save(file, given)
     elif ending == ".pcd":
-        head = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 500\nHEIGHT 1\nPOINTS 500\nDATA binary\n"
+        head = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+        head += "WIDTH 500\nHEIGHT 1\nPOINTS 500\nDATA binary\n"
         file.write_bytes(head.encode() + given.tobytes())
     else:
         np.savetxt(file, given, delimiter="," if ending == ".csv" else " ")
