@@ -10,7 +10,7 @@ use std::path::Path;
 
 use cpu_time::ThreadTime;
 use oorandom::Rand64;
-use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace};
+use punctual::{Answer, Budget, Mesh, Pose, Query, Tree, Workspace};
 use punctual_robot::{Model, UrdfOptions};
 
 const WITHIN: f64 = 0.02;
@@ -115,14 +115,25 @@ struct Asker<'t> {
     workspace: Workspace,
     /// The link by which a point was last seen.
     seen: Vec<usize>,
+    /// Box tests, tests of triangles or points, and units of work.
+    counts: [u64; 3],
 }
 
 impl Asker<'_> {
+    fn count<T>(&mut self, answer: Answer<T>) -> T {
+        let stats = &answer.stats;
+        let counts = [stats.bv_tests, stats.primitive_tests, stats.work];
+        for (sum, count) in self.counts.iter_mut().zip(counts) {
+            *sum += count;
+        }
+        answer.value
+    }
+
     fn any(&mut self, links: &[(&Tree, Pose)]) -> f64 {
         let is_near = |(link, pose): &(&Tree, Pose)| {
             let query = Query::distance(self.cloud, link, *pose).closer_than(WITHIN);
             let answer = query.run(&mut self.workspace, Budget::unlimited());
-            answer.value.closer == Some(true)
+            self.count(answer).closer == Some(true)
         };
         f64::from(links.iter().any(is_near))
     }
@@ -131,14 +142,15 @@ impl Asker<'_> {
         links.iter().fold(f64::INFINITY, |low, (link, pose)| {
             let query = Query::distance(self.cloud, link, *pose).below(low);
             let answer = query.run(&mut self.workspace, Budget::unlimited());
-            low.min(answer.value.high)
+            low.min(self.count(answer).high)
         })
     }
 
     fn all(&mut self, links: &[(&Tree, Pose)]) -> f64 {
         let near = |(link, pose): &(&Tree, Pose)| {
             let query = Query::points_within(self.cloud, link, *pose, WITHIN).unwrap();
-            query.run(&mut self.workspace, Budget::unlimited()).value
+            let answer = query.run(&mut self.workspace, Budget::unlimited());
+            self.count(answer)
         };
         links.iter().map(near).sum::<u64>() as f64
     }
@@ -194,6 +206,7 @@ fn main() {
             cloud,
             workspace,
             seen,
+            counts: [0; 3],
         }
     };
     let questions: [(&str, &Tree, Question); 6] = [
@@ -220,11 +233,15 @@ fn main() {
             times[i].push(start.elapsed().as_secs_f64() * 1e6);
         }
     }
-    println!("{:<20} {:>9} {:>9} {:>9}", "us", "median", "mean", "95 %");
-    for ((name, ..), (times, sum)) in questions.iter().zip(times.iter().zip(sums)) {
+    println!(
+        "{:<20} {:>9} {:>9} {:>9}  [box tests, others, work]  sum",
+        "us", "median", "mean", "95 %"
+    );
+    for (i, (name, ..)) in questions.iter().enumerate() {
         if !is_asked(name) {
             continue;
         }
-        println!("{name:<20} {}   {sum:.6}", told(times));
+        let counts = askers[i].counts.map(|count| count / times[i].len() as u64);
+        println!("{name:<20} {}  {counts:?}  {:.6}", told(&times[i]), sums[i]);
     }
 }

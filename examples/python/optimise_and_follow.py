@@ -74,7 +74,8 @@ def follow(robot, motion, fastest, budget):
         for i, ball in enumerate(balls):
             # Each flies past again and again; this one is seen here now, to 2 mm, and may be slowed down a little.
             x = 2 - (2 * CYCLE * cycle + 0.7 * i) % 5
-            robot.move_along(ball, at(x, 0.55 - 0.1 * i, 0.9 + 0.1 * i), linear=[-2, 0, 0], reach=0.002, reach_speed=0.1)
+            seen = at(x, 0.55 - 0.1 * i, 0.9 + 0.1 * i)
+            robot.move_along(ball, seen, linear=[-2, 0, 0], reach=0.002, reach_speed=0.1)
         ahead = horizon.step(robot, motion if cycle == 0 else None, **budget)
         yield ahead
         if ahead.time > SECONDS - 1e-4:

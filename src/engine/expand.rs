@@ -21,6 +21,16 @@ use punctual_geom::triangle::batch::Rows;
 /// of the other, and so is bit `8 i + j` of a mask of pairs.
 pub(crate) type Keys = [[f32; WIDTH]; WIDTH];
 
+/// What the opening of pairs of two trees needs.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    keys: Keys,
+    leaves: [MadeLeaf; 2],
+}
+
+/// The leaf of a cloud that was made last, with its number. Pairs with one leaf follow each other.
+pub(crate) type MadeLeaf = Option<(u32, Leaf)>;
+
 /// The key of a bit of a mask of pairs.
 #[inline(always)]
 pub(crate) fn key_of(keys: &Keys, bit: usize) -> f32 {
@@ -181,9 +191,10 @@ pub(crate) fn expand<const POINTS: bool, L: Lanes, M: Measure>(
     [tree_a, tree_b]: [&Tree; 2],
     relative: &RelativePose,
     measure: &mut M,
-    keys: &mut Keys,
+    scratch: &mut Scratch,
     sink: &mut impl Sink,
 ) {
+    let (keys, [leaf_a, leaf_b]) = (&mut scratch.keys, &mut scratch.leaves);
     let ([ia, ib], active, scale) = (pair.nodes, pair.active, relative.scale);
     // The pair with a child in place of the node of A, or of B. All children of that child are
     // active.
@@ -195,9 +206,8 @@ pub(crate) fn expand<const POINTS: bool, L: Lanes, M: Measure>(
         };
         Pair { nodes, active }
     };
-    let (mut leaf_a, mut leaf_b) = (None, None);
-    let (a, points_a) = node::<POINTS, L>(lanes, tree_a, ia, &mut leaf_a);
-    let (b, points_b) = node::<POINTS, L>(lanes, tree_b, ib, &mut leaf_b);
+    let (a, points_a) = node::<POINTS, L>(lanes, tree_a, ia, leaf_a);
+    let (b, points_b) = node::<POINTS, L>(lanes, tree_b, ib, leaf_b);
     let views = Views::between(a, b, relative);
     if !measure.own([a, b], &views, relative)
         || measure.is_in_doubt() && {
@@ -469,18 +479,22 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     }
 }
 
-/// A node, and its points if it is a leaf of a cloud. That is made in `leaf`.
+/// A node, and its points if it is a leaf of a cloud. That is made, unless it is the last one made.
 #[inline(always)]
 pub(crate) fn node<'t, const POINTS: bool, L: Lanes>(
     lanes: L,
     tree: &'t Tree,
     number: u32,
-    leaf: &'t mut Option<Leaf>,
+    made: &'t mut MadeLeaf,
 ) -> (&'t Node, Option<&'t Points>) {
     if !POINTS || (number as usize) < tree.nodes().len() {
         return (&tree.nodes()[number as usize], None);
     }
-    let leaf = leaf.insert(tree.leaf(lanes, number));
+    let is_made = matches!(made, Some((made, _)) if *made == number);
+    if !is_made {
+        *made = Some((number, tree.leaf(lanes, number)));
+    }
+    let (_, leaf) = made.as_ref().expect("the leaf is made");
     (&leaf.node, Some(&leaf.points))
 }
 

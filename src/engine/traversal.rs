@@ -27,13 +27,13 @@
 
 use super::boxes::{RelativePose, flushing};
 use super::deadline::Deadline;
-use super::expand::Keys;
+use super::expand::Scratch;
 use super::frontier::{Origin, Pair};
 use super::outcome::StopReason;
 use super::strategy::Strategy;
 use super::triangles::corners::Corners;
 use super::workspace::Workspace;
-use crate::tree::{Tree, WIDTH};
+use crate::tree::Tree;
 use punctual_geom::Pose;
 use punctual_geom::lanes::{Kernel, Lanes};
 
@@ -64,8 +64,8 @@ pub(crate) trait Visitor {
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 
     /// Replaces the pair by those pairs of its children that matter. Drops it if it no longer
-    /// matters. `keys` is room for the keys of the children.
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys);
+    /// matters.
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, scratch: &mut Scratch);
 
     /// True if triangle pairs wait for a test: a full batch, or `any` at all.
     fn waits(&self, any: bool) -> bool;
@@ -144,7 +144,7 @@ where
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> StopReason {
-        let mut keys = [[0.0; WIDTH]; WIDTH];
+        let mut scratch = Scratch::default();
         loop {
             if let Some(reason) = self.deadline.stop(self.workspace.run.stats.work) {
                 return if self.workspace.is_done() {
@@ -159,7 +159,7 @@ where
                 }
             } else if let Some((pair, origin)) = self.next_pair() {
                 self.origin = origin;
-                self.open(lanes, pair, &mut keys);
+                self.open(lanes, pair, &mut scratch);
                 self.workspace.testing = self.waits(false);
             } else if self.waits(true) {
                 self.workspace.testing = true;

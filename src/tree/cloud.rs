@@ -1,30 +1,31 @@
 //! Trees of point clouds. The leaves are blocks of eight points that are near each other, and are
 //! not stored: a query makes the leaf of a block when it opens it.
 //!
-//! Points are sorted along a Morton curve and cut into blocks; a binary SAH tree over the blocks is
+//! Points are sorted along a Hilbert curve and cut into blocks; a binary SAH tree over the blocks is
 //! collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number of
 //! stored nodes on are those of the blocks. A point is a triangle without extent, so every question
 //! that can be asked about a mesh has the same proofs for a cloud.
 
-use super::binary;
+use super::alpha::log_alpha;
 use super::collapse::Plan;
-use super::eight::Eight;
+use super::eight::present;
 use super::extremes::Extremes;
 use super::fit::Extent;
 use super::fork::Pieces;
 use super::options::Effort;
 use super::orientation::Orientation;
-use super::profile::{LevelProfile, Levels, Profiles};
-use super::update::{keep, leaf, set_own};
+use super::profile::{Levels, Profiles};
+use super::update::{keep, set_own};
 use super::validate::TreeFault;
 use super::wide::{Node, WIDTH};
 use super::{Tree, TreeFileError, Triangle, Unit, next_identity};
+use super::{binary, hilbert};
 use crate::mesh::{Mesh, MeshError, Vertices};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
-use glam::{DVec3, Vec3A};
-use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
+use glam::{DVec3, Vec3};
+use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes, per_lane};
 
 /// Where the points of each block are in tree order: eight for each block, but fewer for one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -148,7 +149,7 @@ impl Tree {
         let unit = Unit::of(&mesh);
         let sorted = sorted(&mesh, &unit);
         let last = sorted.len().div_ceil(WIDTH).saturating_sub(1) as u32;
-        let (nodes, order) = nodes_above(&mesh, &unit, &sorted);
+        let (nodes, order, boxes) = nodes_above(&mesh, &unit, &sorted);
         let partial = order.iter().position(|&block| block == last);
         let blocks = Blocks::new(sorted.len(), partial.unwrap_or(0) as u32);
         let points_of = |&block: &u32| {
@@ -159,7 +160,8 @@ impl Tree {
         order
             .iter()
             .for_each(|block| ids.extend_from_slice(points_of(block)));
-        Self::of_blocks(mesh, nodes, blocks, ids.into())
+        let boxes = order.iter().map(|&block| boxes[block as usize]).collect();
+        Self::of_blocks(mesh, nodes, blocks, ids.into(), Some(boxes))
     }
 
     /// The tree of a cloud from what its file states.
@@ -177,15 +179,17 @@ impl Tree {
             return Err(TreeFault::Children(0).into());
         }
         let blocks = Blocks::new(ids.len(), partial as u32);
-        Ok(Self::of_blocks(mesh, nodes, blocks, ids))
+        Ok(Self::of_blocks(mesh, nodes, blocks, ids, None))
     }
 
-    /// Completes the tree of a cloud from nodes over its blocks, still without boxes.
-    pub(super) fn of_blocks(
+    /// Completes the tree of a cloud from nodes over its blocks, still without boxes, and the boxes
+    /// of the blocks, if they are known.
+    fn of_blocks(
         mesh: Mesh,
         mut nodes: Box<[Node]>,
         blocks: Blocks,
         ids: Box<[u32]>,
+        boxes: Option<Vec<Extent>>,
     ) -> Self {
         let count = nodes.len() as u32;
         for node in &mut nodes {
@@ -215,7 +219,7 @@ impl Tree {
             identity,
             lineage: identity,
         };
-        tree.fit_cloud();
+        Instructions::detect().run(Fit(&mut tree, boxes.as_deref()));
         tree.built_cost = tree.profiles.cost;
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
@@ -245,7 +249,7 @@ impl Tree {
 
     /// Computes all boxes and profiles of a cloud. `O(n)`, and allocates nothing.
     pub(super) fn fit_cloud(&mut self) {
-        Instructions::detect().run(Fit(self));
+        Instructions::detect().run(Fit(self, None));
     }
 
     /// [`leaf`](Self::leaf), apart from code for stored nodes.
@@ -278,23 +282,27 @@ impl Tree {
         let range = self.block(number);
         let last = range.end - 1;
         let points = self.points(per_lane!(i => last.min(range.start + i as u32)));
+        let count = range.end - range.start;
+        let levels = LEVELS[count as usize % LEVELS.len()];
+        let rows = per_lane!(i => &points[i].0[0]);
+        let [x, y, z, _] = F8::columns(lanes, rows);
+        let own = Extent::of([x, y, z]);
+        let exists = present(lanes, count as usize);
         let mut node = Node {
             first_child: range.start,
             first_triangle: range.start,
-            triangles: range.end - range.start,
-            children: (range.end - range.start) as u8,
+            triangles: count,
+            children: count as u8,
             is_leaf: true,
             height: 1,
-            levels: LEVELS[(range.end - range.start) as usize % LEVELS.len()],
+            levels,
+            center: [x, y, z].map(|x| (x * exists).halves()),
+            self_cost: (count * count) as f32,
             ..Node::default()
         };
         node.set_orientation(&Orientation::IDENTITY);
-        let mut levels = [LevelProfile::default(); 2];
-        let levels = &mut Levels {
-            levels: &mut levels,
-            first: 0,
-        };
-        leaf(lanes, &mut node, &Eight::of_chunk(lanes, &points), levels);
+        set_own(&mut node, &own);
+        node.log_alpha = log_alpha(Vec3::ZERO, node.extent(), levels);
         Leaf { node, points }
     }
 
@@ -327,9 +335,9 @@ const LEVELS: [f32; WIDTH + 1] = [
     3.0,
 ];
 
-/// The ids of the points along a Morton curve with 2^10 cells an axis; in one cell in input order.
+/// The ids of the points along a Hilbert curve with 2^10 cells an axis; in one cell in input order.
 fn sorted(mesh: &Mesh, unit: &Unit) -> Vec<u32> {
-    const BITS: usize = 10;
+    const BITS: usize = hilbert::BITS as usize;
     const CELLS: usize = 1 << BITS;
     let half = CELLS as f64 * 0.5;
     let (mut keyed, mut counts) = (Vec::with_capacity(mesh.len()), [[0u32; CELLS]; 3]);
@@ -338,7 +346,7 @@ fn sorted(mesh: &Mesh, unit: &Unit) -> Vec<u32> {
         let [x, y, z] = cell
             .to_array()
             .map(|x| spread((x as u32).min(CELLS as u32 - 1)));
-        let code = x | y << 1 | z << 2;
+        let code = hilbert::place(x | y << 1 | z << 2);
         for (pass, counts) in counts.iter_mut().enumerate() {
             counts[(code >> (BITS * pass)) as usize % CELLS] += 1;
         }
@@ -369,19 +377,15 @@ fn spread(x: u32) -> u32 {
 }
 
 /// Nodes over the blocks of eight of `sorted` points, still without boxes, and the order of the
-/// blocks in them.
-fn nodes_above(mesh: &Mesh, unit: &Unit, sorted: &[u32]) -> (Box<[Node]>, Vec<u32>) {
-    let bounds = sorted.chunks(WIDTH).enumerate().map(|(block, ids)| {
-        let (mut min, mut max) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
-        for &id in ids {
-            let point = unit.point(mesh.vertex(id as usize)).as_vec3a();
-            (min, max) = (min.min(point), max.max(point));
-        }
-        binary::Bounds::new(block as u32, min.to_array(), max.to_array())
-    });
+/// blocks in them. Also the boxes of the blocks, in the order of the points.
+fn nodes_above(mesh: &Mesh, unit: &Unit, sorted: &[u32]) -> (Box<[Node]>, Vec<u32>, Vec<Extent>) {
+    let boxes = sorted.chunks(WIDTH).map(|ids| extent(mesh, unit, ids));
+    let boxes: Vec<_> = boxes.collect();
+    let bounds = boxes.iter().zip(0..);
+    let bounds = bounds.map(|(extent, block)| extent.bounds(block));
     let tree = binary::over(bounds.collect(), Effort::Fast, Pieces::ONE);
     let plan = Plan::of(&tree, &Orientation::IDENTITY);
-    (plan.nodes, tree.order)
+    (plan.nodes, tree.order, boxes)
 }
 
 struct Make<'t>(&'t Tree, u32);
@@ -395,15 +399,16 @@ impl Kernel for Make<'_> {
     }
 }
 
-/// Computes all boxes and profiles of a cloud, bottom-up as [`super::update`].
-struct Fit<'t>(&'t mut Tree);
+/// Computes all boxes and profiles of a cloud, bottom-up as [`super::update`]. The boxes of the
+/// blocks may be known.
+struct Fit<'t>(&'t mut Tree, Option<&'t [Extent]>);
 
 impl Kernel for Fit<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self(tree) = self;
+        let Self(tree, boxes) = self;
         let (mut nodes, mut profiles) = (
             core::mem::take(&mut tree.nodes),
             core::mem::take(&mut tree.profiles),
@@ -424,7 +429,8 @@ impl Kernel for Fit<'_> {
                     set_own(child, &ends);
                     ends
                 } else {
-                    cloud.extent((child - count) as u32)
+                    let block = child - count;
+                    boxes.map_or_else(|| cloud.extent(block as u32), |boxes| boxes[block])
                 };
                 let (center, half) = (extent.center(), extent.half());
                 for k in 0..3 {
@@ -456,10 +462,20 @@ impl Tree {
     #[inline(always)]
     fn extent(&self, block: u32) -> Extent {
         let Range { start, end } = self.blocks.range(block);
-        let mut extent = Extent::EMPTY;
-        for &id in &self.ids[start as usize..end as usize] {
-            extent.add(self.unit.point(self.mesh.vertex(id as usize)).as_vec3a());
-        }
-        extent
+        extent(
+            &self.mesh,
+            &self.unit,
+            &self.ids[start as usize..end as usize],
+        )
     }
+}
+
+/// The box around some points.
+#[inline(always)]
+fn extent(mesh: &Mesh, unit: &Unit, ids: &[u32]) -> Extent {
+    let mut extent = Extent::EMPTY;
+    for &id in ids {
+        extent.add(unit.point(mesh.vertex(id as usize)).as_vec3a());
+    }
+    extent
 }

@@ -6,6 +6,7 @@
 //! result has the same bits as with all corners. Subtrees must be fitted before the nodes above
 //! them.
 
+use super::binary::Bounds;
 use super::eight::Eight;
 use super::unit::Triangle;
 use super::wide::{Node, WIDTH, xyz};
@@ -33,6 +34,20 @@ impl Extent {
         min: Vec3A::INFINITY,
         max: Vec3A::NEG_INFINITY,
     };
+
+    /// The box around eight points.
+    #[inline(always)]
+    pub fn of<L: Lanes>(points: V8<L>) -> Self {
+        Self {
+            min: least(points).into(),
+            max: greatest(points).into(),
+        }
+    }
+
+    /// As the box of a primitive of a binary tree.
+    pub fn bounds(&self, primitive: u32) -> Bounds {
+        Bounds::new(primitive, self.min.to_array(), self.max.to_array())
+    }
 
     #[inline(always)]
     pub fn add(&mut self, point: Vec3A) {

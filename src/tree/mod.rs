@@ -32,6 +32,7 @@ mod extremes;
 mod file;
 mod fit;
 mod fork;
+mod hilbert;
 mod hull;
 pub(crate) mod inside;
 pub(crate) mod local_ray;

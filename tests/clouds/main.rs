@@ -21,7 +21,7 @@ use punctual::clock::ManualClock;
 use punctual::glam::DVec3;
 use punctual::rays::RayMode;
 use punctual::{
-    Aabb, Budget, Mesh, MeshError, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree,
+    Aabb, Budget, Mesh, MeshError, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Verdict,
     Workspace, shapes,
 };
 
@@ -277,7 +277,7 @@ fn points_that_do_not_exist_or_are_not_numbers() {
     let said = Query::distance(&none, &ball, Pose::IDENTITY).run(workspace, ENOUGH);
     assert_eq!(said.value.low, f64::INFINITY);
     let said = Query::intersection(&ball, &none, Pose::IDENTITY).run(workspace, ENOUGH);
-    assert_eq!(said.value, punctual::Verdict::Separated);
+    assert_eq!(said.value, Verdict::Separated);
     let points = [[0.0, 1.0, 2.0], [0.0, f32::NAN, 2.0]];
     let (vertex, axis) = (1, 1);
     assert_eq!(
@@ -384,41 +384,83 @@ fn a_cloud_takes_few_bytes_and_says_what_it_holds() {
     assert!(copy.is_cloud() && copy.vertex(7) == tree.mesh().vertex(7) - center);
 }
 
+/// Random points, and some vertices of a ball, moved by quarters, which a ball moved as far holds
+/// exactly.
+fn about_ball(ball: &Mesh, count: usize) -> Vec<DVec3> {
+    let mut random = Random::new(21);
+    let mut points: Vec<_> = (0..count).map(|_| random.vector()).collect();
+    for quarters in 0..5 {
+        let vertex = ball.triangle(random.below(ball.len()))[0];
+        points.push(vertex + DVec3::X * (0.25 * f64::from(quarters)));
+    }
+    points
+}
+
 #[test]
-fn scenes_and_pushes_take_clouds_for_bodies() {
-    use punctual::tree::Solid;
-    use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
+fn a_scene_says_of_clouds_what_brute_force_says() {
     use punctual_scene::{Body, Scene};
     use std::sync::Arc;
-    let mut random = Random::new(21);
-    let points: Vec<_> = (0..3000).map(|_| random.vector()).collect();
-    let cloud = Arc::new(Tree::from_points_f64(points.iter().copied()).unwrap());
-    let solid = punctual::BuildOptions::default().solid(Solid::Keep);
-    let ball = Arc::new(Tree::with_options(shapes::icosphere(3), &solid));
+    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let points = about_ball(ball.mesh(), 40);
+    let cloud = Arc::new(Tree::from_points_f64(points).unwrap());
     let mut scene = Scene::new();
-    scene
-        .insert(Body::fixed(Arc::clone(&cloud), Pose::IDENTITY))
-        .unwrap();
-    let id = scene
-        .insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))
-        .unwrap();
-    for i in 0..40 {
-        let shift = DVec3::new(0.07 * f64::from(i), 0.01, 0.0);
+    let fixed = Body::fixed(Arc::clone(&cloud), Pose::IDENTITY);
+    scene.insert(fixed).unwrap();
+    let moving = Body::moving(Arc::clone(&ball), Pose::IDENTITY);
+    let id = scene.insert(moving).unwrap();
+    let mut counts = [0; 3];
+    for i in 0..64 {
+        let shift = DVec3::X * (f64::from(i % 32) * 0.0625);
         let pose = Pose::new(punctual::glam::DMat3::IDENTITY, shift).unwrap();
+        let margin = [0.0, 0.01][i as usize / 32];
         scene.set_pose(id, pose).unwrap();
-        // A closed ball around a point counts, too.
-        let truth = !all_pairs(cloud.mesh(), ball.mesh(), &pose).is_empty();
+        scene.set_margin(id, margin).unwrap();
+        let meets = !all_pairs(cloud.mesh(), ball.mesh(), &pose).is_empty();
+        let truth = near::truth(&cloud, &ball, &pose);
+        let least = truth
+            .iter()
+            .map(|near| near.1)
+            .fold(f64::INFINITY, f64::min);
         let report = scene.detect(ENOUGH.clock(&ManualClock::new()));
-        let meets = report.pairs.iter().any(|pair| pair.verdict.meets());
-        assert!(meets || !truth, "{i}");
+        let said = report.pairs.first().map(|pair| pair.verdict);
+        let said = said.unwrap_or(Verdict::Separated);
+        assert_ne!(said, Verdict::Undecided);
+        assert_eq!(
+            said.meets(),
+            meets || least <= margin,
+            "{i}: {said:?}, {least}"
+        );
+        counts[usize::from(said.meets()) + usize::from(meets)] += 1;
     }
-    let pose = Pose::new(punctual::glam::DMat3::IDENTITY, DVec3::X * 1.8).unwrap();
-    let query = PenetrationQuery::new(&cloud, &ball, pose);
+    assert!(counts.iter().all(|&count| count > 5), "{counts:?}");
+}
+
+#[test]
+fn a_push_takes_a_ball_off_all_points() {
+    use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
+    let ball = Tree::new(shapes::icosphere(2));
+    let cloud = Tree::from_points_f64(about_ball(ball.mesh(), 300)).unwrap();
     let mut workspace = PenetrationWorkspace::new();
-    let depth = query.run(
-        &mut workspace,
-        Budget::work(3_000_000).clock(&ManualClock::new()),
-    );
-    let (low, high) = (depth.value.low, depth.value.high);
-    assert!(low <= high && high < 1.0, "{low} {high}");
+    let mut met = 0;
+    for i in 0..16 {
+        let shift = DVec3::X * (f64::from(i) * 0.0625);
+        let pose = Pose::new(punctual::glam::DMat3::IDENTITY, shift).unwrap();
+        let query = PenetrationQuery::new(&cloud, &ball, pose);
+        let clock = &ManualClock::new();
+        let said = query
+            .run(&mut workspace, Budget::work(3_000_000).clock(clock))
+            .value;
+        if all_pairs(cloud.mesh(), ball.mesh(), &pose).is_empty() {
+            assert_eq!((said.low, said.high), (0.0, 0.0), "{i}");
+            continue;
+        }
+        met += 1;
+        // A point is taken off a surface by any small push.
+        assert!(said.low <= 1e-9, "{said:?}");
+        assert!(said.high.is_finite(), "{said:?}");
+        assert!(all_pairs(cloud.mesh(), ball.mesh(), &said.b_in_a).is_empty());
+        let way = (said.b_in_a.translation() - shift).length();
+        assert!((way - said.high).abs() < 1e-9, "{said:?}");
+    }
+    assert!(met >= 4, "{met}");
 }

@@ -34,7 +34,7 @@ fn foot(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Of each point, the closest point of the other operand, and their distance.
-fn truth(cloud: &Tree, other: &Tree, pose: &Pose) -> Vec<(DVec3, f64)> {
+pub fn truth(cloud: &Tree, other: &Tree, pose: &Pose) -> Vec<(DVec3, f64)> {
     let triangles = posed_triangles(other.mesh(), pose);
     let of = |i| {
         let point = cloud.mesh().vertex(i);

@@ -6,6 +6,8 @@ mod xyz;
 
 use std::path::Path;
 
+use punctual::MeshError;
+
 use crate::format::{Format, extension};
 use crate::notice::Notices;
 use crate::{FileError, Notice, ReadError, ReadOptions, refuse_pointer, surface, unpacked};
@@ -74,12 +76,18 @@ pub fn load_points(file: &Path, options: &ReadOptions) -> Result<Points, FileErr
 /// Reads points from the content of a file. The scale and the turn of the options apply to points as to vertices.
 ///
 /// # Errors
-/// If it holds no point; the error names the place.
+/// If it holds no point, or a factor of the scale is 0, infinite or NaN; the error names the place.
 pub fn read_points(
     bytes: &[u8],
     format: PointFormat,
     options: &ReadOptions,
 ) -> Result<Points, ReadError> {
+    let is_bad = |factor: &f64| *factor == 0.0 || !factor.is_finite();
+    if let Some(axis) = options.scale.iter().position(is_bad) {
+        let factor = options.scale[axis];
+        let error = MeshError::Factor { axis, factor };
+        return Err(ReadError::new(format!("scaled: {error}")));
+    }
     let bytes = unpacked(bytes, options.limits.unpacked)?;
     refuse_pointer(&bytes)?;
     let mut notices = Notices::default();
@@ -92,6 +100,10 @@ pub fn read_points(
             surface(&bytes, format, options, &mut Notices::default())?.vertices
         }
     };
+    options.turn(&mut points);
+    for (k, factor) in options.scale.into_iter().enumerate() {
+        points.iter_mut().for_each(|point| point[k] *= factor);
+    }
     let count = points.len();
     points.retain(|point| point.iter().all(|x| x.is_finite()));
     if points.len() < count {
@@ -105,10 +117,6 @@ pub fn read_points(
         return Err(ReadError::new(format!(
             "no points in it, {count} without finite coordinates"
         )));
-    }
-    options.turn(&mut points);
-    for (k, factor) in options.scale.into_iter().enumerate() {
-        points.iter_mut().for_each(|point| point[k] *= factor);
     }
     Ok(Points {
         points,

@@ -125,6 +125,21 @@ fn points_that_are_not_finite_are_passed_over_and_counted() {
 }
 
 #[test]
+fn a_scale_that_flattens_is_refused_and_one_too_large_loses_points() {
+    let read = |scale: [f64; 3], bytes: &[u8]| {
+        let options = ReadOptions::default().scale_axes(scale);
+        read_points(bytes, PointFormat::Xyz, &options)
+    };
+    for wrong in [0.0, f64::NAN, f64::INFINITY] {
+        let error = read([1.0, wrong, 1.0], b"1 2 3\n").unwrap_err().to_string();
+        let said = format!("scaled: factor {wrong} along axis 1, must be finite and not 0");
+        assert_eq!(error, said);
+    }
+    let found = read([1e300; 3], b"1 2 3\n1e10 0 0\n").unwrap();
+    assert_eq!((found.points.len(), found.notices.len()), (1, 1));
+}
+
+#[test]
 fn faults_of_points_are_named_with_their_place() {
     let faults = [
         (

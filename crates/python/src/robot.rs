@@ -40,6 +40,9 @@ struct Added {
     way: Option<Way>,
 }
 
+/// Which names may touch or not, in the order told, for pickles.
+type Allowed = Vec<([String; 2], bool)>;
+
 /// What margins were set, for pickles: names, whether they are a padding, and metres.
 type Margins = BTreeMap<(Option<String>, Option<String>, bool), f64>;
 
@@ -107,6 +110,7 @@ pub struct Robot {
     checker: Box<Mutex<Checker>>,
     added: Mutex<Vec<(ShapeId, Added)>>,
     margins: Mutex<Margins>,
+    allowed: Mutex<Allowed>,
     source: Source,
 }
 
@@ -370,6 +374,7 @@ impl Robot {
             checker: Box::new(Mutex::new(Checker::new(Arc::new(model)))),
             added: Mutex::default(),
             margins: Mutex::default(),
+            allowed: Mutex::default(),
             source,
         })
     }
@@ -404,12 +409,18 @@ impl Robot {
         Ok(id.number())
     }
 
-    /// Sets the margins of a pickle, those for names of removed obstacles too: others of these names
+    fn allowed(&self) -> MutexGuard<'_, Allowed> {
+        self.allowed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Tells what a pickle was told of names, those of removed obstacles too: others of these names
     /// may come.
-    fn restore_margins(&self, margins: Margins) -> PyResult<()> {
+    fn restore_names(&self, margins: Margins, allowed: Allowed) -> PyResult<()> {
         let mut absent = Vec::new();
-        for (name, other, _) in margins.keys() {
-            for name in [name, other].into_iter().flatten().filter(|n| !self.has(n)) {
+        let of_margins = margins.keys().flat_map(|(name, other, _)| [name, other]);
+        let of_margins = of_margins.flatten();
+        for name in of_margins.chain(allowed.iter().flat_map(|(names, _)| names)) {
+            if !self.has(name) {
                 let shape = Shape::sphere(1.0).map_err(value_error)?;
                 let added = Added {
                     name: name.clone(),
@@ -424,6 +435,9 @@ impl Robot {
         }
         for ((name, other, padding), margin) in margins {
             self.set_margin(margin, name, other, padding)?;
+        }
+        for ([name, other], may_touch) in allowed {
+            self.allow(name, other, may_touch)?;
         }
         absent
             .into_iter()
@@ -769,6 +783,28 @@ impl Robot {
             other => (name, other),
         };
         margins.insert((names.0, names.1, padding), margin);
+        Ok(())
+    }
+
+    /// Tells whether two links or obstacles may touch: pairs that may are not asked. What was told
+    /// last of a pair counts, before the SRDF file and may_touch. Obstacles that are added later
+    /// follow what was told of their names. Pickles keep it. Raises ValueError, which names the
+    /// argument, if there is no link or obstacle of a name.
+    #[pyo3(signature = (name, other, may_touch=true))]
+    fn allow(&self, name: String, other: String, may_touch: bool) -> PyResult<()> {
+        for (argument, name) in [("name", &name), ("other", &other)] {
+            if !self.has(name) {
+                let fault = format!("{argument}: there is no link or obstacle {name}");
+                return Err(value_error(fault));
+            }
+        }
+        let told = self.checker().allow([&name, &other], may_touch);
+        told.map_err(value_error)?;
+        let mut names = [name, other];
+        names.sort();
+        let mut allowed = self.allowed();
+        allowed.retain(|(other, _)| *other != names);
+        allowed.push((names, may_touch));
         Ok(())
     }
 
@@ -1151,7 +1187,7 @@ impl Robot {
         Ok(found.map_err(value_error)?.value.answer == EdgeAnswer::Free)
     }
 
-    /// Reads the files again, adds the obstacles, with their numbers, and sets the margins.
+    /// Reads the files again, adds the obstacles, with their numbers, and tells it what it was told of names.
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
@@ -1160,7 +1196,8 @@ impl Robot {
             .map(|(id, added)| (id.number(), added.clone()))
             .collect();
         let margins = self.margins().clone();
-        let state = postcard::to_allocvec(&(&self.source, added, margins)).map_err(value_error)?;
+        let state = (&self.source, added, margins, self.allowed().clone());
+        let state = postcard::to_allocvec(&state).map_err(value_error)?;
         let restore = py.get_type::<Self>().getattr(intern!(py, "_restore"))?;
         Ok((restore, (PyBytes::new(py, &state),)))
     }
@@ -1169,8 +1206,9 @@ impl Robot {
     #[staticmethod]
     fn _restore(py: Python<'_>, state: &[u8]) -> PyResult<Self> {
         let damaged = |fault| value_error(format_args!("Robot: the pickle is damaged: {fault}"));
-        let (source, added, margins) =
-            postcard::from_bytes::<(Source, Vec<(u32, Added)>, Margins)>(state).map_err(damaged)?;
+        type State = (Source, Vec<(u32, Added)>, Margins, Allowed);
+        let state = postcard::from_bytes::<State>(state).map_err(damaged)?;
+        let (source, added, margins, allowed) = state;
         py.detach(|| {
             let robot = Self::new(source).map_err(|error| robot_error(&error))?;
             for (number, added) in added {
@@ -1178,7 +1216,7 @@ impl Robot {
                 robot.checker().number_next(number);
                 robot.insert(added, shape).map_err(value_error)?;
             }
-            robot.restore_margins(margins)?;
+            robot.restore_names(margins, allowed)?;
             Ok(robot)
         })
     }

@@ -1,10 +1,10 @@
 //! Meshes with their trees.
 
 use crate::arrays::{
-    cloud, column, grid, mesh, numbers, point_of_mesh, table, vectors, vectors_or_one,
+    Transform, cloud, column, grid, mesh, numbers, point_of_mesh, table, vectors, vectors_or_one,
 };
 use crate::batch::{each, workers};
-use crate::errors::{file_error, not_solid, point_error, value_error};
+use crate::errors::{file_error, not_negative, not_solid, point_error, value_error};
 use crate::interrupt::in_background;
 use crate::limit::Limit;
 use crate::query::with_workspace;
@@ -594,6 +594,34 @@ impl Tree {
             ),
             column(py, nearest.iter().map(|&(.., triangle)| triangle).collect()),
         ))
+    }
+
+    /// The points of a cloud no farther than a distance from the surface of a tree, or mesh, that lies at T, (4, 4): their
+    /// rows, (N,) int64, ascending, each once. Radii of both add to the distance. A point deep inside of a solid is not
+    /// near its surface. Raises ValueError if this is no cloud, and for a distance that is negative or no number.
+    #[pyo3(signature = (other, T=None, *, distance=0.0))]
+    #[expect(non_snake_case, reason = "the argument of the Python function")]
+    fn points_within<'py>(
+        &self,
+        py: Python<'py>,
+        other: Surface<'_>,
+        T: Option<Transform>,
+        distance: f64,
+    ) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        not_negative([("distance", Some(distance))])?;
+        let (pose, other) = (T.unwrap_or_default().0, &other.arc);
+        let query = Query::points_within(&self.arc, other, pose, distance);
+        let query = query.map_err(point_error)?;
+        let points = self.arc.mesh().len();
+        let mut rows: Vec<i64> = Limit::None.run(py, |clock| {
+            with_workspace(|workspace| {
+                workspace.reserve_near_points(points);
+                let _ = query.run(workspace, Budget::unlimited().clock(clock));
+                workspace.drain_near_points().map(i64::from).collect()
+            })
+        })?;
+        rows.sort_unstable();
+        Ok(column(py, rows))
     }
 
     /// Number of edges of the solid without an opposite one, 0 if it is closed; None if the tree is no solid.

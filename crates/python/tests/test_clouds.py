@@ -84,7 +84,8 @@ def test_files_of_points(tmp_path, ending):
     if ending == ".npy":
         np.save(file, given)
     elif ending == ".pcd":
-        head = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 500\nHEIGHT 1\nPOINTS 500\nDATA binary\n"
+        head = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+        head += "WIDTH 500\nHEIGHT 1\nPOINTS 500\nDATA binary\n"
         file.write_bytes(head.encode() + given.tobytes())
     else:
         np.savetxt(file, given, delimiter="," if ending == ".csv" else " ")
@@ -118,3 +119,24 @@ def test_faults_name_the_row(dtype):
         punctual3d.Tree.from_points(np.zeros((2, 3)) * 1j)
     with pytest.raises(ValueError, match="solid"):
         cloud.contains([[0, 0, 0]])
+
+
+@pytest.mark.parametrize("distance, radius", [(0.05, 0), (0.3, 0), (0.2, 0.1), (0, 0.2), (np.inf, 0)])
+def test_points_within_a_distance_are_told_once(ring, distance, radius):
+    cloud = punctual3d.Tree.from_points(points(3000), radius)
+    # The frame of the cloud is that of the ring moved back.
+    near = np.abs(ring.closest_points(points(3000) - PLACE[:3, 3])[1])
+    found = cloud.points_within(ring, PLACE, distance=distance)
+    reach = distance + radius
+    assert found.dtype == np.int64 and (np.diff(found) > 0).all()
+    sure = np.abs(near - reach) > 1e-9
+    assert (np.isin(np.arange(3000), found) == (near <= reach))[sure].all() and len(found) > 10
+    assert cloud.points_within(cloud, distance=0.0).tolist() == list(range(3000))
+
+
+def test_points_within_that_are_refused(ball, ring):
+    with pytest.raises(ValueError, match="cloud"):
+        ball.points_within(ring)
+    for distance in (-1, np.nan):
+        with pytest.raises(ValueError, match="distance"):
+            punctual3d.Tree.from_points(points()).points_within(ring, distance=distance)

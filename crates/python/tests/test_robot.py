@@ -387,3 +387,25 @@ def test_a_margin_ends_what_was_stopped(robot):
     robot.set_margin(0.01)
     with pytest.raises(ValueError):
         robot.resume()
+
+
+def test_names_are_allowed_to_touch_and_pickles_know_it(robot):
+    q = [0, 0, 0, 0]
+    number = robot.add("wall", place(0.1, 0, 0.6), sphere=0.1)
+    met = {tuple(map(robot.shape_name, pair)) for pair in robot.collide_all(q).pairs}
+    assert met and not robot.is_valid(q)
+    for a, b in met:
+        robot.allow(b, a)
+    assert robot.is_valid(q) and pickle.loads(pickle.dumps(robot)).is_valid(q)
+    robot.allow(*min(met), may_touch=False)
+    assert not robot.is_valid(q) and not pickle.loads(pickle.dumps(robot)).is_valid(q)
+    robot.allow(*min(met))
+    with pytest.raises(ValueError, match="name: there is no link or obstacle nose"):
+        robot.allow("nose", "palm")
+    with pytest.raises(ValueError, match="other: there is no link or obstacle nose"):
+        robot.allow("palm", "nose")
+    # What was told of a name counts for obstacles that come later.
+    robot.remove(number)
+    for r in (robot, pickle.loads(pickle.dumps(robot))):
+        r.add("wall", place(0.1, 0, 0.6), sphere=0.1)
+        assert r.is_valid(q)

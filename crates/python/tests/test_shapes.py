@@ -168,7 +168,8 @@ def test_a_manager_of_shapes_tells_depths():
 
 def test_a_manager_of_shapes_finds_all_that_meet():
     manager = punctual3d.CollisionManager()
-    for name, shape, x in [("a", Tree.ball(1), 0), ("b", Tree.ball(1), 1.5), ("c", Tree.capsule(0.5, 1), 9), ("d", Tree.box((2, 2, 2)), 10)]:
+    capsule, box = Tree.capsule(0.5, 1), Tree.box((2, 2, 2))
+    for name, shape, x in [("a", Tree.ball(1), 0), ("b", Tree.ball(1), 1.5), ("c", capsule, 9), ("d", box, 10)]:
         manager.add_object(name, shape, at(x, 0, 0))
     assert manager.in_collision_internal(return_names=True) == (True, {("a", "b"), ("c", "d")})
     manager.set_transform("b", at(3, 0, 0))
@@ -176,4 +177,5 @@ def test_a_manager_of_shapes_finds_all_that_meet():
     assert not manager.in_collision_internal() and abs(manager.min_distance_internal() - 1) < 1e-6
     distance, data = manager.min_distance_single(Tree.ball(0.5), at(3, 0, 1.4), return_data=True)
     assert abs(distance + 0.1) < 1e-6
-    assert np.allclose(data.point("b"), [3, 0, 1], atol=1e-6) and np.allclose(data.point("__external"), [3, 0, 0.9], atol=1e-6)
+    assert np.allclose(data.point("b"), [3, 0, 1], atol=1e-6)
+    assert np.allclose(data.point("__external"), [3, 0, 0.9], atol=1e-6)

@@ -23,7 +23,7 @@ pub fn contacts(
     answer: &Answer<ContactBounds>,
 ) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
-    let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
+    let mut stage = Stage::new(placed(a, &Pose::IDENTITY).union(&placed(b, pose)));
     let placed = stage.bodies(bodies, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
     let is_solid = bodies.trees.iter().all(|tree| tree.solid().is_some());
@@ -95,7 +95,8 @@ fn draw_sunk(
     let into = [b_in_a.inverse().ok(), Some(*b_in_a)];
     let mut workspace = Workspace::new();
     let mut draw = |side: usize| {
-        let (mesh, other) = ([a, b][side].mesh(), [b, a][side]);
+        let (tree, other) = ([a, b][side], [b, a][side]);
+        let mesh = tree.mesh();
         let into = into[side]?;
         let points: Vec<[f64; 3]> = (0..mesh.vertex_count())
             .map(|i| into.transform_point(mesh.vertex(i)).to_array())
@@ -110,7 +111,7 @@ fn draw_sunk(
             .map(|(id, _)| id)
             .collect();
         let array = stage.arrays.add();
-        let range = stage.triangles(array, mesh, sunk);
+        let range = stage.triangles(array, tree, sunk);
         let [mesh, pose] = placed[side];
         Some(json!(["sunk", mesh, pose, range]))
     };

@@ -16,7 +16,7 @@ pub fn distance(
     answer: &Answer<Bounds>,
 ) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
-    let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
+    let mut stage = Stage::new(placed(a, &Pose::IDENTITY).union(&placed(b, pose)));
     let placed = stage.bodies(bodies, pose);
     let [near, met] = [0; 2].map(|_| stage.arrays.add());
     let mut steps = Steps {
@@ -103,7 +103,7 @@ impl Stepwise for Steps<'_> {
             for side in [0, 1] {
                 let [mesh, pose] = self.placed[side];
                 let triangle = [nearest.triangles[side]];
-                let range = stage.triangles(self.met, self.bodies.trees[side].mesh(), triangle);
+                let range = stage.triangles(self.met, self.bodies.trees[side], triangle);
                 surfaces.push(json!(["met", mesh, pose, range]));
             }
             let [p, q] = nearest.points;

@@ -28,6 +28,7 @@ mod motion;
 mod page;
 mod pair;
 mod robot;
+mod round;
 mod scene;
 mod stage;
 mod up;

@@ -21,9 +21,11 @@ pub fn motion(
     let poses: Vec<Pose> = (0..=PARTS)
         .map(|i| query.pose(i as f64 / PARTS as f64))
         .collect();
-    let bounds = poses.iter().fold(a.mesh().aabb(), |bounds, pose| {
-        bounds.union(&placed(b.mesh(), pose))
-    });
+    let bounds = poses
+        .iter()
+        .fold(placed(a, &Pose::IDENTITY), |bounds, pose| {
+            bounds.union(&placed(b, pose))
+        });
     let mut stage = Stage::new(bounds);
     let placed = stage.bodies(bodies, &poses[0]);
     let times = [placed[1][1]]
@@ -109,10 +111,10 @@ impl Stepwise for Steps<'_> {
             surfaces.push(stage.whole("touch", [b[0], there]));
             let mut around = Aabb::EMPTY;
             for (side, [mesh, placed], pose) in [(0, a, Pose::IDENTITY), (1, [b[0], there], pose)] {
-                let tree = self.bodies.trees[side].mesh();
+                let tree = self.bodies.trees[side];
                 let range = stage.triangles(self.met, tree, [triangles[side]]);
                 surfaces.push(json!(["met", mesh, placed, range]));
-                let corners = tree.triangle(triangles[side] as usize);
+                let corners = tree.mesh().triangle(triangles[side] as usize);
                 around = around.union(&Aabb::from_points(corners.map(|p| pose.transform_point(p))));
             }
             focus = stage.focus(&around);

@@ -27,7 +27,7 @@ pub fn pair(
     answer: &Answer<Verdict>,
 ) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
-    let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
+    let mut stage = Stage::new(placed(a, &Pose::IDENTITY).union(&placed(b, pose)));
     let placed = stage.bodies(bodies, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
     let [queue, found] = CAPACITY;
@@ -96,7 +96,7 @@ impl Steps<'_> {
         let sides = [Pose::IDENTITY, *self.pose];
         let mut surfaces = Vec::new();
         for (side, pose) in sides.iter().enumerate() {
-            let mesh = self.bodies.trees[side].mesh();
+            let tree = self.bodies.trees[side];
             let new: Vec<u32> = found
                 .iter()
                 .map(|pair| pair[side])
@@ -104,10 +104,10 @@ impl Steps<'_> {
                 .collect();
             let corners = new
                 .iter()
-                .flat_map(|&id| mesh.triangle(id as usize))
+                .flat_map(|&id| tree.mesh().triangle(id as usize))
                 .map(|p| pose.transform_point(p));
             self.around = self.around.union(&Aabb::from_points(corners));
-            stage.triangles(self.arrays[side], mesh, new);
+            stage.triangles(self.arrays[side], tree, new);
             let [mesh, pose] = self.placed[side];
             surfaces.push(json!([
                 "met",

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::PI;
 
 use punctual::glam::DVec3;
-use punctual::{Aabb, Budget, Mesh, Pose, shapes};
+use punctual::{Aabb, Budget, Pose};
 use punctual_robot::{
     Checker, Clearance, ClearanceOptions, Description, Joint, JointKind, RobotError, Scope, Shape,
     ShapeId,
@@ -20,9 +20,6 @@ const NEAR: f64 = 0.01;
 
 /// Width of the bounds of a clearance, over the longest extent.
 const TOLERANCE: f64 = 1e-6;
-
-/// Edges of an icosphere are halved so often to draw a sphere.
-const SPHERE: u32 = 3;
 
 /// An obstacle of the checker, at its pose in the world, or in the frame of a link.
 pub struct Obstacle<'o> {
@@ -41,21 +38,17 @@ struct Drawn {
     id: ShapeId,
     link: Option<usize>,
     pose: Pose,
-    mesh: Mesh,
+    shape: Shape,
 }
 
 impl Drawn {
     fn new(id: ShapeId, link: Option<usize>, pose: Pose, shape: &Shape) -> Self {
-        let surface = shape.surface().mesh();
-        let mesh = match shape.surface().radius() {
-            0.0 => surface.clone(),
-            radius => ball(radius).unwrap_or_else(|| surface.clone()),
-        };
+        let shape = shape.clone();
         Self {
             id,
             link,
             pose,
-            mesh,
+            shape,
         }
     }
 
@@ -63,12 +56,6 @@ impl Drawn {
         self.link
             .map_or(self.pose, |link| links[link].compose_unchecked(&self.pose))
     }
-}
-
-fn ball(radius: f64) -> Option<Mesh> {
-    let unit = shapes::icosphere(SPHERE);
-    let vertices = (0..unit.vertex_count()).map(|i| (radius * unit.vertex(i)).to_array());
-    Mesh::from_f64(vertices, unit.triangles().iter().copied()).ok()
 }
 
 /// What is known of one configuration.
@@ -120,14 +107,17 @@ pub fn robot(
 
     let links = configurations.iter().map(|(_, q)| model.link_poses(q));
     let links = links.collect::<Result<Vec<_>, _>>()?;
-    let boxes = links
-        .iter()
-        .flat_map(|links| drawn.iter().map(|d| placed(&d.mesh, &d.at(links))));
+    let boxes = links.iter().flat_map(|links| {
+        drawn
+            .iter()
+            .map(|d| placed(d.shape.surface(), &d.at(links)))
+    });
     let bounds = boxes.fold(Aabb::EMPTY, |bounds, one| bounds.union(&one));
     let mut stage = Stage::new(bounds);
     let longest = 2.0 * stage.radius();
     let [far, near] = [FAR, NEAR].map(|share| round_length(share * longest));
-    let meshes: Vec<usize> = drawn.iter().map(|drawn| stage.mesh(&drawn.mesh)).collect();
+    let meshes = drawn.iter().map(|drawn| stage.mesh(drawn.shape.surface()));
+    let meshes: Vec<usize> = meshes.collect();
     let [segments, listed] = [0; 2].map(|_| stage.arrays.add());
 
     let moving = drawn.iter().take_while(|drawn| drawn.link.is_some());
@@ -152,7 +142,7 @@ pub fn robot(
         let surfaces: Vec<_> = drawn.iter().enumerate().map(surface).collect();
         told.extend((0..drawn.len()).map(layer));
         let around = met.iter().map(|&i| &drawn[i as usize]);
-        let around = around.map(|drawn| placed(&drawn.mesh, &drawn.at(links)));
+        let around = around.map(|drawn| placed(drawn.shape.surface(), &drawn.at(links)));
         let around = around.fold(Aabb::EMPTY, |all, one| all.union(&one));
         let nearest = known.clearance.points;
         let nearest = (nearest[0] != nearest[1]).then_some(nearest);

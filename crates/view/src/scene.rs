@@ -108,7 +108,7 @@ pub fn stride(frames: usize) -> usize {
 
 /// A page for bodies, and what was reported of them.
 pub fn scene(title: String, bodies: &[Shown], frames: &[Frame]) -> View {
-    let lying = |frame: &Frame, i: usize| placed(bodies[i].body.tree.mesh(), &frame.poses[i]);
+    let lying = |frame: &Frame, i: usize| placed(&bodies[i].body.tree, &frame.poses[i]);
     let all = frames
         .iter()
         .flat_map(|frame| (0..bodies.len()).map(move |i| lying(frame, i)));
@@ -118,7 +118,7 @@ pub fn scene(title: String, bodies: &[Shown], frames: &[Frame]) -> View {
     let mut mesh = |body: &Body| {
         *known
             .entry(Arc::as_ptr(&body.tree))
-            .or_insert_with(|| stage.mesh(body.tree.mesh()))
+            .or_insert_with(|| stage.mesh(&body.tree))
     };
     let meshes: Vec<usize> = bodies.iter().map(|shown| mesh(shown.body)).collect();
     let places: HashMap<usize, usize> = bodies

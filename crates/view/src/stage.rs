@@ -2,11 +2,12 @@
 //! that `f32` is enough for them wherever they are and however large.
 
 use punctual::glam::DVec3;
-use punctual::{Aabb, Certificate, Mesh, Pose, Stats};
+use punctual::{Aabb, Certificate, Pose, Stats, Tree};
 use serde_json::{Value, json};
 
 use crate::Bodies;
 use crate::arrays::Arrays;
+use crate::round;
 use crate::up::{self, Guess};
 
 /// Boxes of a step that are drawn, the largest.
@@ -33,6 +34,9 @@ struct Shown {
     middle: DVec3,
     vertices: Value,
     triangles: Value,
+    /// How many triangles are drawn for each of the tree, or for each point.
+    each: usize,
+    what: &'static str,
 }
 
 /// Squares of a grid along one direction: a tenth of the longest extent is rounded up, and its ends are rounded out.
@@ -41,12 +45,17 @@ const MOST_SQUARES: f64 = 12.0;
 /// Length of a normal, over half of the diagonal of all that is shown.
 pub const NORMAL: f64 = 0.06;
 
+/// Radius of the points of a cloud without one, over the same.
+const SPECK: f64 = 0.004;
+
 /// What the boxes of a certificate are called.
 pub const OPEN_BOXES: &str = "boxes still open";
 
-/// The box of a mesh that lies at a pose.
-pub fn placed(mesh: &Mesh, pose: &Pose) -> Aabb {
+/// The box of a body that lies at a pose.
+pub fn placed(tree: &Tree, pose: &Pose) -> Aabb {
+    let mesh = tree.mesh();
     let Aabb { min, max, .. } = mesh.aabb();
+    let (min, max) = (min - tree.radius(), max + tree.radius());
     let side = |i: u8, bit: u8, from: f64, to: f64| if i & bit == 0 { from } else { to };
     let corner = |i| {
         DVec3::new(
@@ -93,7 +102,7 @@ impl Stage {
 
     /// The meshes of A and, at its pose, of B: of each, the numbers of mesh and pose.
     pub fn bodies(&mut self, bodies: &Bodies, b_in_a: &Pose) -> [[usize; 2]; 2] {
-        let [a, b] = bodies.trees.map(|tree| self.mesh(tree.mesh()));
+        let [a, b] = bodies.trees.map(|tree| self.mesh(tree));
         let names = bodies.names.iter().map(String::as_str);
         self.up = up::guess(names, &[(bodies.trees[0].mesh(), &Pose::IDENTITY)]);
         [
@@ -102,25 +111,33 @@ impl Stage {
         ]
     }
 
-    /// Adds a mesh; its number.
-    pub fn mesh(&mut self, mesh: &Mesh) -> usize {
+    /// Adds the mesh of a tree, or what is drawn for its points; its number.
+    pub fn mesh(&mut self, tree: &Tree) -> usize {
+        let (mesh, around) = (tree.mesh(), round::around(tree));
         let middle = if mesh.is_empty() {
             DVec3::ZERO
         } else {
             mesh.aabb().center()
         };
         let array = self.arrays.add();
-        let vertices = (0..mesh.vertex_count()).flat_map(|i| self.scaled(mesh.vertex(i) - middle));
+        let vertices: Vec<DVec3> = match &around {
+            Some(around) => {
+                let radius = tree.radius().max(SPECK * self.radius);
+                round::vertices(tree, around, radius)
+            }
+            None => (0..mesh.vertex_count()).map(|i| mesh.vertex(i)).collect(),
+        };
+        let vertices = vertices.into_iter().flat_map(|v| self.scaled(v - middle));
         let vertices: Vec<_> = vertices.collect();
         let vertices = self.arrays.extend_floats(array, vertices);
         let array = self.arrays.add();
-        let triangles = self
-            .arrays
-            .extend(array, mesh.triangles().iter().flatten().copied());
+        let triangles = self.triangles(array, tree, 0..mesh.len() as u32);
         self.meshes.push(Shown {
             middle,
             vertices,
             triangles,
+            each: around.map_or(1, |around| around.len()),
+            what: if mesh.is_cloud() { "point" } else { "triangle" },
         });
         self.meshes.len() - 1
     }
@@ -166,22 +183,21 @@ impl Stage {
         vec![self.whole("a", a), self.whole("b", b)]
     }
 
-    /// Appends triangles of a mesh to an array.
+    /// Appends triangles of a tree, or what is drawn for its points, to an array.
     pub fn triangles(
         &mut self,
         array: usize,
-        mesh: &Mesh,
+        tree: &Tree,
         triangles: impl IntoIterator<Item = u32>,
     ) -> Value {
-        self.arrays.extend(
-            array,
-            triangles.into_iter().flat_map(|id| {
-                mesh.triangles()
-                    .get(id as usize)
-                    .copied()
-                    .unwrap_or([id; 3])
-            }),
-        )
+        let drawn = match round::around(tree) {
+            Some(around) => round::triangles(&around, triangles),
+            None => {
+                let all = tree.mesh().triangles();
+                triangles.into_iter().map(|id| all[id as usize]).collect()
+            }
+        };
+        self.arrays.extend(array, drawn.into_iter().flatten())
     }
 
     /// Appends segments to an array.
@@ -299,8 +315,11 @@ impl Stage {
 
     /// What the page has to know of meshes and poses.
     pub fn describe(&self) -> Value {
-        let ranges =
-            |mesh: &Shown| json!({ "vertices": mesh.vertices, "triangles": mesh.triangles });
+        let ranges = |mesh: &Shown| {
+            json!({
+                "vertices": mesh.vertices, "triangles": mesh.triangles, "each": mesh.each, "what": mesh.what
+            })
+        };
         let meshes: Vec<_> = self.meshes.iter().map(ranges).collect();
         let Aabb { min, max, .. } = if self.bounds.is_empty() {
             Aabb::from_points([DVec3::ZERO])

@@ -15,7 +15,7 @@ use super::interval::Interval;
 use super::lone::Lone;
 use super::search::{Bounded, DIVE, Search, Waiting, root};
 use crate::engine::boxes::RelativePose;
-use crate::engine::expand::{Keys, LeafRows, Sink, expand, key_of, node};
+use crate::engine::expand::{Keys, LeafRows, Scratch, Sink, expand, key_of, node};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
@@ -116,7 +116,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, scratch: &mut Scratch) {
         let (question, relative) = (&self.question, self.relative);
         let mut gaps =
             Gaps::<true>::new(question.cut, question.doubt, relative, question.direction);
@@ -142,7 +142,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearness, POINTS> {
             Origin::Stack | Origin::Path => {}
         }
         let trees = [self.a, self.b];
-        expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, keys, self);
+        expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, scratch, self);
         let search = &mut self.workspace.state.distance;
         if self.origin != Origin::Dive {
             // Every child that was dropped is at least as far apart as the cut.

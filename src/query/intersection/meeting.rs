@@ -5,7 +5,7 @@
 //! ([`trace`](super::trace)) before the frontier reaches them are not tested again.
 
 use crate::engine::boxes::overlap::Overlap;
-use crate::engine::expand::{Keys, LeafRows, Sink, expand, key_of, node};
+use crate::engine::expand::{Keys, LeafRows, MadeLeaf, Scratch, Sink, expand, key_of, node};
 use crate::engine::frontier::order::Order;
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::options::{Mode, Options};
@@ -15,7 +15,7 @@ use crate::engine::traversal::{Traversal, Visitor};
 use crate::engine::triangles::push_all;
 use crate::engine::workspace::Workspace;
 use crate::model::cost::WORK_PER_LOOKUP;
-use crate::tree::{Leaf, Node, Tree, WIDTH};
+use crate::tree::{Node, Tree, WIDTH};
 use punctual_geom::bits;
 use punctual_geom::lanes::{Lanes, Portable};
 
@@ -31,7 +31,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Meeting<'_>, POINTS> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, scratch: &mut Scratch) {
         let (trees, relative) = ([self.a, self.b], self.relative);
         if let Some(order) = self.strategy.queue
             && self.origin != Origin::Stack
@@ -45,7 +45,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Meeting<'_>, POINTS> {
             trees,
             relative,
             &mut Overlap::default(),
-            keys,
+            scratch,
             self,
         );
     }
@@ -188,7 +188,7 @@ impl<const POINTS: bool> Traversal<'_, '_, Meeting<'_>, POINTS> {
 fn nodes<'t, const POINTS: bool>(
     [a, b]: [&'t Tree; 2],
     pair: Pair,
-    [of_a, of_b]: &'t mut [Option<Leaf>; 2],
+    [of_a, of_b]: &'t mut [MadeLeaf; 2],
 ) -> [&'t Node; 2] {
     let ([i, j], lanes) = (pair.nodes, Portable {});
     let (a, _) = node::<POINTS, _>(lanes, a, i, of_a);

@@ -6,7 +6,7 @@
 
 use crate::engine::boxes::overlap::Overlap;
 use crate::engine::boxes::relative_pose::{RelativePose, Views};
-use crate::engine::expand::{LeafRows, Sink, expand};
+use crate::engine::expand::{LeafRows, Scratch, Sink, expand};
 use crate::engine::frontier::Pair;
 use crate::engine::outcome::Stats;
 use crate::model::frontier::FrontierSummary;
@@ -157,8 +157,8 @@ impl Children {
         relative: &RelativePose,
     ) {
         self.triangles.0 = 0;
-        let (overlap, keys) = (&mut Overlap::default(), &mut [[0.0; WIDTH]; WIDTH]);
-        expand::<true, _, _>(lanes, pair, trees, relative, overlap, keys, self);
+        let (overlap, scratch) = (&mut Overlap::default(), &mut Scratch::default());
+        expand::<true, _, _>(lanes, pair, trees, relative, overlap, scratch, self);
     }
 }
 

@@ -10,7 +10,7 @@
 use super::relative_motion::{RelativeMotion, Setting};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
 use super::windows::{BEGIN, Windows};
-use crate::engine::expand::{Keys, LeafRows, Sink, expand};
+use crate::engine::expand::{LeafRows, Scratch, Sink, expand};
 use crate::engine::frontier::{Frontier, Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
@@ -65,7 +65,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Sweep<'_>, POINTS> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, scratch: &mut Scratch) {
         let (question, workspace) = (&self.question, &mut *self.workspace);
         let mut least = f32::NEG_INFINITY;
         if self.origin == Origin::Queue {
@@ -97,7 +97,15 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Sweep<'_>, POINTS> {
         };
         let sink = &mut children;
         let mut windows = Windows::new(question.cut, least, question.glide, self.relative);
-        expand::<POINTS, _, _>(lanes, pair, trees, self.relative, &mut windows, keys, sink);
+        expand::<POINTS, _, _>(
+            lanes,
+            pair,
+            trees,
+            self.relative,
+            &mut windows,
+            scratch,
+            sink,
+        );
         let least = windows.least;
         self.pass_rest(least);
     }

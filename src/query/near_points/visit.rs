@@ -4,7 +4,7 @@
 //! interest to the pairs that follow. So each point is found once.
 
 use crate::engine::boxes::RelativePose;
-use crate::engine::expand::{Keys, LeafRows, Sink, expand};
+use crate::engine::expand::{Keys, LeafRows, Scratch, Sink, expand};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::{Stats, StopReason};
 use crate::engine::traversal::{Traversal, Visitor};
@@ -66,7 +66,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearby, POINTS> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, keys: &mut Keys) {
+    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, scratch: &mut Scratch) {
         if let Some(block) = self.a.block_of(pair.nodes[0]) {
             pair.active[0] &= !self.workspace.state.near_points.marks[block];
             self.question.block = block;
@@ -79,7 +79,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Nearby, POINTS> {
         let direction = Direction::new(DVec3::ZERO);
         let mut gaps = Gaps::<false>::new(question.cut, question.doubt, relative, direction);
         let trees = [self.a, self.b];
-        expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, keys, self);
+        expand::<POINTS, _, _>(lanes, pair, trees, relative, &mut gaps, scratch, self);
     }
 
     #[inline(always)]

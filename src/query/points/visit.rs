@@ -8,7 +8,7 @@ use super::near::Near;
 use super::rim::{Turn, Viewer};
 use super::state::Phase;
 use super::{PointBounds, SignedDistance};
-use crate::engine::expand::Keys;
+use crate::engine::expand::Scratch;
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::StopReason;
 use crate::engine::traversal::{Traversal, Visitor};
@@ -80,7 +80,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, _: &mut Keys) {
+    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, _: &mut Scratch) {
         for _ in 0..NODES_PER_STEP {
             let next = match self.workspace.state.points.phase {
                 Phase::Ray => self.follow(lanes, pair),

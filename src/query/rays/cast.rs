@@ -8,7 +8,7 @@
 //! The rays of a batch are cast one after another in the same run.
 
 use super::state::{Candidate, RayHit, RayMode};
-use crate::engine::expand::{self, Keys};
+use crate::engine::expand::{self, Scratch};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::outcome::StopReason;
 use crate::engine::traversal::{Traversal, Visitor};
@@ -67,7 +67,7 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, Cast<'_>, POINTS> {
 
     /// Continues with the child entered first, some nodes at a time.
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, _: &mut Keys) {
+    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, _: &mut Scratch) {
         if pair.nodes[0] == ROOT.nodes[0] {
             self.workspace.run.stats.work += WORK_PER_RAY;
         }

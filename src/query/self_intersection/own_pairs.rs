@@ -4,7 +4,7 @@
 //! once.
 
 use crate::engine::boxes::overlap::Overlap;
-use crate::engine::expand::{Keys, LeafRows, Sink, expand};
+use crate::engine::expand::{Keys, LeafRows, Scratch, Sink, expand};
 use crate::engine::frontier::{Origin, Pair};
 use crate::engine::options::{Mode, Options};
 use crate::engine::outcome::{Stats, StopReason};
@@ -45,11 +45,11 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, OwnPairs<'_>, POINTS> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, scratch: &mut Scratch) {
         self.question.is_same = pair.nodes[0] == pair.nodes[1];
         let (trees, relative) = ([self.a, self.b], self.relative);
         let measure = &mut Overlap::default();
-        expand::<POINTS, _, _>(lanes, pair, trees, relative, measure, keys, self);
+        expand::<POINTS, _, _>(lanes, pair, trees, relative, measure, scratch, self);
     }
 
     #[inline(always)]

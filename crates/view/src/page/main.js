@@ -353,7 +353,9 @@ class Page {
     const things = this.picked.length ? this.things().surfaces : [];
     const name = ({ body, triangle }) => {
       const text = names ? names[body] : new Map(key).get(surfaces[body][0]);
-      return triangle === undefined ? text : `${text}, triangle ${triangle}`;
+      if (triangle === undefined) return text;
+      const { each, what } = this.data.view.stage.meshes[surfaces[body][1]];
+      return `${text}, ${what} ${Math.floor(triangle / each)}`;
     };
     const picked = this.picked.flatMap(picked => {
       const surface = things.find(surface => surface.body === picked.body);
