@@ -195,6 +195,7 @@ impl Inner {
         // A sphere or a capsule: what is within the radius of the middle is inside.
         p.length_squared() <= self.tree.radius() * self.tree.radius()
     }
+
     /// True if a sample of another shape is inside, which is at a place in the shape's frame.
     fn holds_one_of(&self, other: &Self, place: &Transform, tests: &mut u64) -> bool {
         let samples = &other.samples;
