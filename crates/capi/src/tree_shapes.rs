@@ -20,8 +20,7 @@ fn made(
 
 fn thick(tree: Tree, radius: f64) -> Result<Tree, Fault> {
     finite(radius, "radius")?;
-    let thick = tree.with_radius(radius);
-    thick.map_err(|_| Fault::Number("radius", radius))
+    (tree.with_radius(radius)).map_err(|_| Fault::Number("radius", radius))
 }
 
 calls! {
