@@ -142,8 +142,7 @@ impl Tree {
     }
 
     /// A cylinder along z, its middle in the origin: a prism of 128 sides around it, within
-    /// [`ROUND_BAND`](crate::tree::ROUND_BAND) times the radius. What is free of the prism is free
-    /// of the cylinder.
+    /// [`ROUND_BAND`] times the radius. What is free of the prism is free of the cylinder.
     ///
     /// # Errors
     /// [`ShapeError::Length`].
@@ -152,8 +151,7 @@ impl Tree {
     }
 
     /// A cone along z: its base has this radius and lies at `-length / 2`, its tip at `length / 2`.
-    /// A pyramid of 128 sides around it, within [`ROUND_BAND`](crate::tree::ROUND_BAND) times the
-    /// radius.
+    /// A pyramid of 128 sides around it, within [`ROUND_BAND`] times the radius.
     ///
     /// # Errors
     /// [`ShapeError::Length`].
