@@ -410,6 +410,10 @@ impl Scene {
         };
         casts.met.clear();
         casts.undecided.clear();
+        if matches!(asked, Asked::Meeting(Mode::All)) {
+            casts.met.reserve(walk.bodies.len());
+            casts.undecided.reserve(walk.bodies.len());
+        }
         let mut probe = ShapeProbe {
             asked,
             shape,
@@ -500,8 +504,8 @@ impl Scene {
     ///
     /// **Guarantee.** Each body of [`Overlap::met`] is proven to meet the shape; each that is in
     /// neither list is proven not to, if [`Overlap::is_whole`]. The same budget of work gives the
-    /// same bits and is never exceeded. Allocates like [`Scene::cast`], and for more bodies in the
-    /// lists than ever before.
+    /// same bits and is never exceeded. Allocates like [`Scene::cast`], and room for all bodies in
+    /// the lists.
     ///
     /// # Errors
     /// [`SceneError::NoShape`], or [`SceneError::NoSuchBody`] if the asking body is not in the
