@@ -93,7 +93,7 @@ def test_overlaps_and_the_closest_body_are_those_of_single_queries(crowd):
         far = scene.closest(tool, pose, within=nearest[0] / 2 if nearest[0] else 0.0, work=10**7)
         assert (far.body is None) == (nearest[0] > 0) and far.low <= nearest[0]
     assert seen > 5
-    some = scene.overlap([0, 0, 0], margin=8.0, work=20_000)
+    some = scene.overlap([0, 0, 0], margin=8.0, work=5_000)
     assert some.stop == "work-limit" and len(some) + len(some.undecided) > 0
 
 
