@@ -12,7 +12,7 @@ use numpy::{PyArray1, PyArray2};
 use punctual::glam::DMat3;
 use punctual::points::PointBounds;
 use punctual::tree::{ShapeError, Solid, SolidError};
-use punctual::{Budget, BuildOptions, Mesh, Pose, Query};
+use punctual::{Budget, BuildOptions, DepthCamera, Mesh, Pose, Query};
 use punctual_io::{Loaded, ReadOptions};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyUserWarning};
 use pyo3::intern;
@@ -273,6 +273,38 @@ impl Tree {
         radius: f64,
     ) -> PyResult<Self> {
         let mesh = cloud(points)?;
+        let tree = built(py, mesh, BuildOptions::default())?;
+        tree.with_radius(radius)
+            .map(Self::from)
+            .map_err(value_error)
+    }
+
+    /// The cloud of a depth image, (rows, columns), of a pinhole camera: its focal lengths and principal point in pixels,
+    /// (fx, fy, cx, cy), and what one unit of depth is in the unit of the points, such as .001. The point of a pixel is in
+    /// the frame of the camera: x to the right, y down, z forward. Pixels whose depth is 0, negative or not finite are
+    /// passed over. The radius is that of `from_points`. Raises ValueError, which names the argument.
+    #[classmethod]
+    #[pyo3(signature = (depths, intrinsics, scale=1.0, radius=0.0))]
+    fn from_depth(
+        _: &Bound<'_, PyType>,
+        py: Python<'_>,
+        depths: &Bound<'_, PyAny>,
+        intrinsics: &Bound<'_, PyAny>,
+        scale: f64,
+        radius: f64,
+    ) -> PyResult<Self> {
+        let (depths, columns) = grid(depths, "depths")?;
+        let [fx, fy, cx, cy] = numbers(intrinsics, "intrinsics")?;
+        let camera = DepthCamera {
+            size: [columns, depths.len() / columns.max(1)],
+            focal: [fx, fy],
+            center: [cx, cy],
+            scale,
+        };
+        let (mut points, depths) = (Vec::new(), depths.iter().map(|&depth| depth as f32));
+        let found = camera.points(&depths.collect::<Vec<_>>(), &mut points);
+        found.map_err(value_error)?;
+        let mesh = Mesh::from_points(points).map_err(value_error)?;
         let tree = built(py, mesh, BuildOptions::default())?;
         tree.with_radius(radius)
             .map(Self::from)

@@ -140,3 +140,20 @@ def test_points_within_that_are_refused(ball, ring):
     for distance in (-1, np.nan):
         with pytest.raises(ValueError, match="distance"):
             punctual3d.Tree.from_points(points()).points_within(ring, distance=distance)
+
+
+def test_depth_images_become_the_points_of_their_pixels():
+    depths = np.full((24, 32), 2000.0, np.float32)
+    depths[3, 5], depths[4, 6], depths[0, 0], depths[1, 1] = 0.0, np.nan, np.inf, -1.0
+    fx, fy, cx, cy = 30.0, 28.0, 15.5, 11.5
+    cloud = punctual3d.Tree.from_depth(depths, (fx, fy, cx, cy), scale=0.001, radius=0.01)
+    rows, columns = np.nonzero((depths > 0) & np.isfinite(depths))
+    expected = np.stack([2.0 * (columns - cx) / fx, 2.0 * (rows - cy) / fy, np.full(len(rows), 2.0)], axis=1)
+    assert cloud.is_cloud and cloud.radius == 0.01 and len(expected) == depths.size - 4
+    same = punctual3d.Tree.from_points(expected.astype(np.float32), 0.01)
+    assert cloud.to_bytes() == same.to_bytes()
+    for wrong, name in (((0, 28, 15, 11), "focal"), ((30, 28, np.nan, 11), "center"), ((30, 28, 15), "intrinsics")):
+        with pytest.raises(ValueError, match=name):
+            punctual3d.Tree.from_depth(depths, wrong)
+    with pytest.raises(ValueError, match="scale"):
+        punctual3d.Tree.from_depth(depths, (fx, fy, cx, cy), scale=0.0)
