@@ -14,8 +14,8 @@ use punctual_geom::nanoseconds;
 /// A question about two trees. Cheap to make; make one for each pose.
 ///
 /// Its constructors choose the question: [`Query::intersection`], [`Query::all_pairs`],
-/// [`Query::distance`], [`Query::contacts`], [`Query::points_within`], [`Query::impact`], [`Query::ray`],
-/// [`Query::rays`].
+/// [`Query::distance`], [`Query::contacts`], [`Query::points_within`], [`Query::impact`],
+/// [`Query::ray`], [`Query::rays`].
 /// [`Query::run`] answers it within a budget, and [`Query::resume`] continues a stopped run.
 ///
 /// **Guarantee.** At every moment each pair of triangles that matters has been taken into account,

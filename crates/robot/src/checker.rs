@@ -314,9 +314,14 @@ impl Checker {
         budget: ClockedBudget<'c>,
     ) -> Result<Call<'c, 'c>, RobotError> {
         self.world.model.check(configuration)?;
-        self.order.count(1, &self.world);
-        self.room.sync(&self.world);
+        self.sync(1);
         Ok(self.call(budget))
+    }
+
+    /// Takes over what has changed in the world, and counts configurations.
+    pub(crate) fn sync(&mut self, configurations: u64) {
+        self.order.count(configurations, &self.world);
+        self.room.sync(&self.world);
     }
 
     /// Begins a call that continues with what the last one has left.

@@ -541,8 +541,7 @@ impl Checker {
     ) -> Result<Outcome<Edge>, RobotError> {
         options.check()?;
         self.world.model.check_motion(motion)?;
-        self.order.count(1, &self.world);
-        self.room.sync(&self.world);
+        self.sync(1);
         let call = self.call(budget.into());
         call.room.run.lines.copy(motion);
         call.room.run.begin(*options, 0.0);

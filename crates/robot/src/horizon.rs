@@ -345,8 +345,7 @@ impl Horizon {
         motion.add_part(plan, &mut at, self.cycle, [self.speed, speed]);
         motion.add_part(plan, &mut at, cycles * self.cycle, [speed, last]);
         motion.add_part(plan, &mut at, self.cycle, [last, 0.0]);
-        checker.order.count(0, &checker.world);
-        checker.room.sync(&checker.world);
+        checker.sync(0);
         let mut run = std::mem::take(&mut checker.room.run);
         run.lines.copy(motion);
         run.begin(EdgeOptions::any(), 0.0);

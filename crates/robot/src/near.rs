@@ -49,16 +49,18 @@ struct Row {
 
 impl Row {
     fn new(world: &World, pair: &Pair, still: Option<StillBox>) -> Self {
-        let in_lanes = |shape: u32| world.shapes[shape as usize].margins.iter().sum::<f64>();
-        let (first, of_first) = match still {
-            Some(still) => (First::from(still), 0.0),
-            None => (First::Sphere(world.column(pair.a)), in_lanes(pair.a)),
-        };
+        let sphere = || First::Sphere(world.column(pair.a));
         Self {
-            first,
+            first: still.map_or_else(sphere, First::from),
             shape: pair.a,
-            margin: (pair.margin - in_lanes(pair.b) - of_first) as f32,
+            margin: Self::margin(world, pair, still.is_some()),
         }
+    }
+
+    fn margin(world: &World, pair: &Pair, is_still: bool) -> f32 {
+        let in_lanes = |shape: u32| world.shapes[shape as usize].margins.iter().sum::<f64>();
+        let of_first = if is_still { 0.0 } else { in_lanes(pair.a) };
+        (pair.margin - in_lanes(pair.b) - of_first) as f32
     }
 }
 
@@ -85,10 +87,13 @@ impl Near {
             .resize(world.stride() / LANES, [[0.0; LANES]; 4]);
         self.rows.resize(world.shapes.len(), None);
         for pair in &world.pairs {
-            let row = &mut self.rows[pair.a as usize];
-            let new = Row::new(world, pair, still(pair.a));
-            let margin = row.map_or(new.margin, |row| row.margin.max(new.margin));
-            *row = Some(Row { margin, ..new });
+            match &mut self.rows[pair.a as usize] {
+                Some(row) => {
+                    let is_still = matches!(row.first, First::Box(_));
+                    row.margin = row.margin.max(Row::margin(world, pair, is_still));
+                }
+                row => *row = Some(Row::new(world, pair, still(pair.a))),
+            }
         }
         self.still.clear();
         self.moving.clear();

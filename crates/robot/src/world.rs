@@ -28,7 +28,7 @@ impl ShapeId {
 pub(crate) struct Pair {
     pub a: u32,
     pub b: u32,
-    /// The bit of the sphere filter that says whether the pair is near.
+    /// Its place in a table with a row for each shape and a column for each shape that moves.
     pub slot: u32,
     /// Number of joints above both bodies: they move neither relative to the other.
     pub common: u32,

@@ -83,9 +83,7 @@ impl Contact {
             segment: None,
         }
     }
-}
 
-impl Contact {
     /// The contact of surfaces with these radii from that of their cores.
     pub(crate) fn thickened(mut self, [of_a, of_b]: [f64; 2]) -> Self {
         if of_a + of_b > 0.0 {

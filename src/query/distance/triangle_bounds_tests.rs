@@ -50,6 +50,15 @@ struct Soup {
 }
 
 impl Soup {
+    fn of_round(round: usize, reach: f64, random: &mut Random) -> Self {
+        Self {
+            center: vector(random) * [0.0, 1.0, 1e3, 1e8][round % 4] * reach,
+            reach,
+            size: [0.3, 1e-2, 1e-4, 1e-6][round / 4 % 4],
+            width: [1.0, 1.0, 1e-4, 0.0][round / 16 % 4],
+        }
+    }
+
     fn tree(self, random: &mut Random) -> Tree {
         let mut corners = Vec::new();
         for _ in 0..64 {
@@ -140,12 +149,7 @@ fn no_distance_is_below_its_bound() {
     let mut random = Random::new(1);
     let mut proven = 0;
     for round in 0..1200 {
-        let mut soup = |reach: f64| Soup {
-            center: vector(&mut random) * [0.0, 1.0, 1e3, 1e8][round % 4] * reach,
-            reach,
-            size: [0.3, 1e-2, 1e-4, 1e-6][round / 4 % 4],
-            width: [1.0, 1.0, 1e-4, 0.0][round / 16 % 4],
-        };
+        let mut soup = |reach: f64| Soup::of_round(round, reach, &mut random);
         // The last ratio is beyond the range in which `f32` proves anything.
         let ratio = f64::exp2([0.0, 3.0, -10.0, 20.0, -29.0, 29.0, 40.0][round / 3 % 7]);
         let (a, b) = (soup(1.0), soup(ratio));
@@ -222,12 +226,7 @@ fn points_are_between_their_bounds() {
     let mut random = Random::new(3);
     let mut proven = 0;
     for round in 0..900 {
-        let mut soup = |reach: f64| Soup {
-            center: vector(&mut random) * [0.0, 1.0, 1e3, 1e8][round % 4] * reach,
-            reach,
-            size: [0.3, 1e-2, 1e-4, 1e-6][round / 4 % 4],
-            width: [1.0, 1.0, 1e-4, 0.0][round / 16 % 4],
-        };
+        let mut soup = |reach: f64| Soup::of_round(round, reach, &mut random);
         let ratio = f64::exp2([0.0, 3.0, -10.0, 20.0, -29.0, 29.0, 40.0][round / 3 % 7]);
         let (a, b) = (soup(1.0), soup(ratio));
         let tree = b.tree(&mut random);
