@@ -247,7 +247,8 @@ impl Machine<'_, '_, '_> {
         let last = count.min(support.next + CORNERS_PER_STEP);
         let mut work = (last - support.next) as u64 * WORK_PER_CORNER + 64;
         let faces = self.sets.polytope.faces.len() as u64;
-        self.begin(work + faces * WORK_PER_FACE + MOST_NEW_FACES * WORK_PER_NEW_FACE)?;
+        self.deadline
+            .check(work + faces * WORK_PER_FACE + MOST_NEW_FACES * WORK_PER_NEW_FACE)?;
         let toward = -(pose.rotation().transpose() * support.direction);
         for (k, direction) in [support.direction, toward].into_iter().enumerate() {
             let before = k * a.corners.len();

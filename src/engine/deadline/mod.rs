@@ -13,6 +13,7 @@ pub(crate) mod budget;
 pub(crate) mod system;
 
 use crate::engine::outcome::StopReason;
+use crate::engine::workspace::Workspace;
 use crate::model::cost::{
     FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART,
     SLOWEST_TO_MEAN, SLOWEST_UNIT,
@@ -199,6 +200,50 @@ impl<'c> Deadline<'c> {
             self.safe = safe.min(work.max(self.until_next_look(safe)));
         }
         self.left >= work && self.safe >= work
+    }
+
+    /// Checks that there is room for a step of at most `most`. The first step of a call may exceed
+    /// the budget, unless that is used up, so that each call makes progress.
+    ///
+    /// # Errors
+    /// The reason why the call must stop.
+    #[inline]
+    pub fn check(&mut self, most: u64) -> Result<(), StopReason> {
+        let needed = if self.done == 0 { 1 } else { most };
+        if self.has_room(needed) {
+            Ok(())
+        } else {
+            Err(self.why(needed))
+        }
+    }
+
+    /// Pays for a step of `work` before it is done.
+    ///
+    /// # Errors
+    /// Those of [`Deadline::check`].
+    #[inline]
+    pub fn pay(&mut self, work: u64) -> Result<(), StopReason> {
+        self.check(work)?;
+        self.spend(work);
+        Ok(())
+    }
+
+    /// Does a step of work that the workspace counts, unless the deadline comes before it.
+    ///
+    /// # Errors
+    /// The reason why the call must stop, also if the step itself returns one.
+    pub(crate) fn step<T>(
+        &mut self,
+        workspace: &mut Workspace,
+        step: impl FnOnce(&mut Workspace, &mut Self) -> Result<T, StopReason>,
+    ) -> Result<T, StopReason> {
+        self.begin(workspace.work());
+        if let Some(reason) = self.stop(workspace.work()) {
+            return Err(reason);
+        }
+        let done = step(workspace, self);
+        self.end(workspace.work());
+        done
     }
 
     /// The reason why there is no room for `work`.

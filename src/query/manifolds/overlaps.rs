@@ -622,15 +622,10 @@ pub(crate) fn advance(
         if state.is_done() {
             break StopReason::Finished;
         }
-        if !state.is_casting {
-            deadline.begin(workspace.run.stats.work);
-            if let Some(reason) = deadline.stop(workspace.run.stats.work) {
-                break reason;
-            }
-        }
-        let result = state.step(shape, before, workspace, deadline);
-        deadline.end(workspace.run.stats.work);
-        if let Err(reason) = result {
+        let step = deadline.step(workspace, |workspace, deadline| {
+            state.step(shape, before, workspace, deadline)
+        });
+        if let Err(reason) = step {
             break reason;
         }
     };
