@@ -247,9 +247,9 @@ impl Known {
             }
         }
         let query = Query::intersection(trees[0], trees[1], b_in_a);
-        query.begin_task(to_the_end, workspace);
+        workspace.forget_run();
         deadline.spend(WORK_PER_QUERY);
-        let answer = Question::Meet(query).advance(workspace, None, deadline);
+        let (answer, _) = Question::Meet(query).advance(workspace, None, deadline, to_the_end);
         let mut spent = Spent::of(workspace);
         if answer.stop.is_final() {
             self.cost = capped(spent.work.max(MAX_STEP_WORK));
