@@ -265,7 +265,7 @@ where
         })
     }
 
-    /// What the memory of the pair makes of the model's quantiles of the work left, after `used`.
+    /// The model's quantiles of the work left, after `used`, corrected by the memory of the pair.
     /// `after` is the prediction by the query before.
     pub(crate) fn told(
         &self,

@@ -284,7 +284,7 @@ impl Ask<Impact> for Query<'_, Impact> {
             self.tolerance_in_time(relative_motion),
             free_until,
         );
-        workspace.state.motion.substep = relative_motion.piece_at(free_until);
+        workspace.state.motion.substep = relative_motion.substep_at(free_until);
         if workspace.state.motion.substep < relative_motion.substeps {
             workspace.begin_substep(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
@@ -372,7 +372,7 @@ impl Workspace {
         self.frontier.push(Pair::new(0, 0));
     }
 
-    /// Raises the time that is proven free by what is left of a substep.
+    /// Raises the time that is proven free to the least time of the pairs left of a substep.
     fn bound_motion(&mut self, substep: &Substep) {
         let (frontier, distance) = (&self.frontier, &self.state.distance);
         (self.state.motion).bound(frontier, distance, substep, f32::INFINITY);
