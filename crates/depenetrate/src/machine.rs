@@ -24,7 +24,7 @@ use punctual_geom::triangle::distance::closest;
 /// Work of the longest task outside of queries.
 pub(super) const STEP: u64 = MAX_PENETRATION_STEP_WORK;
 
-/// Pairs of triangles in contact that are read.
+/// Maximum number of contacts that are read.
 pub(super) const CONTACTS: usize = 128;
 
 /// Rounding of a coordinate of B after a push, relative to the coordinates: proof in
@@ -91,15 +91,15 @@ pub(super) struct State {
     pub deepest: Option<(DVec3, f64)>,
     /// Directions to explore, the last one first.
     pub likely: ArrayVec<DVec3, 40>,
-    /// Length of the best push before its direction was turned last, infinite before the first
+    /// Length of the best push before its direction was last tilted, infinite before the first
     /// time; `None` before all directions are tried.
     pub turned: Option<f64>,
     pub faces: Faces,
     pub seeds: ArrayVec<Seed, 16>,
     pub current: Option<Current>,
     pub advances: u32,
-    /// Number of times that new sets were asked for, that they helped, and that they were not asked
-    /// for since.
+    /// Number of times that new sets were asked for, that they helped, and that asking was skipped
+    /// since.
     pub trials: [u32; 3],
     /// No translation that is shorter separates.
     pub low: f64,
@@ -185,7 +185,7 @@ impl State {
         let resolved = RESOLUTION * self.rounding;
         let width = match asked.limit {
             f64::INFINITY => (asked.tolerance * self.low).max(asked.absolute_tolerance),
-            // The limit is the question.
+            // With a limit, the tolerances do not end the search.
             _ => 0.0,
         };
         matches!(self.task, Task::Over)

@@ -34,7 +34,7 @@ const TURN: f64 = 0.3;
 /// A polished push is tried if it is expected to be shorter than the best by this share.
 const LEAST_GAIN: f64 = 1e-6;
 
-/// How many pushes polish a new best one, at most.
+/// Maximum number of pushes that polish a new best one.
 const ROUNDS: usize = 3;
 
 /// A push exceeds the length at which it leaves a face by this share of it, and by two roundings.

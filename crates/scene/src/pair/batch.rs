@@ -114,7 +114,7 @@ impl Batch {
         mem::swap(&mut self.workspace, &mut other.workspace);
     }
 
-    /// Runs what fits. `scratch` is a workspace of the current thread.
+    /// Runs the pairs that fit the budget. `scratch` is a workspace of the current thread.
     pub fn run(
         &mut self,
         bodies: &Bodies,
@@ -190,8 +190,8 @@ pub(crate) enum Ended {
 }
 
 impl Turn {
-    /// Decides whether the pair meets, before the broad phase. Its state is left as it is where its
-    /// entry has all that is needed.
+    /// Decides whether the pair meets, before the broad phase. Leaves its state unread if its entry
+    /// has all that is needed.
     pub fn search(
         &mut self,
         bodies: &Bodies,

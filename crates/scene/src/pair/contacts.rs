@@ -44,7 +44,7 @@ impl Turn {
             (touch.completed, touch.cost) = (frame, spent.work);
             touch.pending = Spent::default();
         } else {
-            // The question takes more work than that.
+            // The whole question takes more work than its run so far.
             touch.cost = touch.cost.max(2 * spent.work);
         }
         let decides = round.mode == Mode::Any && bodies.asks_only_contact(key);
@@ -52,7 +52,7 @@ impl Turn {
             self.state.completed = frame;
             self.state.decide(answer.verdict, answer.found, frame);
             if answer.verdict == Verdict::Separated {
-                // Above 0, which proves nothing.
+                // More than 0, because 0 proves nothing.
                 let until = until(
                     bodies,
                     key,

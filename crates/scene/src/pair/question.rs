@@ -134,7 +134,7 @@ impl Answer {
         answer
     }
 
-    /// Sets the verdict if one body is inside the other. No triangles tell of that.
+    /// Sets the verdict if one body is inside the other. No triangles prove that.
     fn contain(&mut self, within: Option<Operand>) {
         if let Some(inner) = within {
             (self.verdict, self.found) = (Verdict::Contained { inner }, 0);
