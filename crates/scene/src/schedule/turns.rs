@@ -53,6 +53,7 @@ impl RoundRobin {
 
     /// Records that the list ends before the pair `end`. `cut`: the list is incomplete.
     pub fn end_list(&mut self, end: PairKey, cut: bool) {
+        // A list that follows one cut short begins with the cursor.
         self.holds_cursor = self.cut || !cut;
         (self.cut, self.end) = (cut, end);
     }
