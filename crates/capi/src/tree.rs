@@ -76,7 +76,7 @@ pub struct punctual_tree_facts {
     /// Its size in bytes, to be set before the call.
     pub size: u32,
     /// How much looser the boxes have become since the build, by refits: the SAH cost now over that
-    /// after the build, no unit.
+    /// after the build, no unit. Queries take about its square root as long as in a new tree.
     pub degradation: f32,
     /// Triangles of the mesh.
     pub triangles: usize,
