@@ -148,10 +148,7 @@ fn one_surprise_does_not_outweigh_what_is_known() {
     let before = [0.1, 0.5, 0.9].map(|p| calibration.apply(p));
     calibration.learn(5e-324, true);
     for (before, p) in before.into_iter().zip([0.1, 0.5, 0.9]) {
-        assert!(
-            (calibration.apply(p) - before).abs() < 0.1,
-            "{before} {calibration:?}"
-        );
+        assert!((calibration.apply(p) - before).abs() < 0.1, "{before}");
     }
 }
 
@@ -267,10 +264,7 @@ fn what_an_estimate_proves_is_told_as_zero() {
         for (told, met) in stopped(a, b, touch) {
             none += told.iter().filter(|told| **told == 0.0).count();
             some += told.iter().filter(|told| **told > 0.0).count();
-            assert!(
-                !met || told.iter().all(|told| *told > 0.0),
-                "{told:?}, but they meet"
-            );
+            assert!(!met || told.iter().all(|told| *told > 0.0), "{told:?}");
         }
     }
     println!("{none} of {} moments are told 0", none + some);
@@ -425,10 +419,7 @@ fn a_scene_tells_better_what_it_has_learned() {
         raw / f64::from(count),
         corrected / f64::from(count)
     );
-    assert!(
-        count > 100 && corrected < 0.9 * raw,
-        "{count}: {raw} {corrected}"
-    );
+    assert!(count > 100 && corrected < 0.9 * raw, "{count}");
 }
 
 #[cfg(feature = "parallel")]

@@ -94,10 +94,7 @@ fn at_every_stop_nothing_is_false_lost_or_reported_twice() {
             memory = known;
         }
     }
-    assert!(
-        colliding > 50 && partial > 400,
-        "{colliding} colliding, {partial} in part"
-    );
+    assert!(colliding > 50 && partial > 400, "{colliding} {partial}");
 }
 
 /// What is remembered of a stopped query is that it found something somewhere.

@@ -3,31 +3,32 @@
 
 #[path = "common/allocations.rs"]
 mod allocations;
-#[path = "common/steps.rs"]
-mod steps;
+mod common;
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use allocations::allocator_calls;
+use common::ask::ENOUGH;
+use common::meshes::{ball, knot, nothing, placed, solid};
+use common::steps::assert_step;
 use punctual::clock::ManualClock;
 use punctual::contacts::{ContactBounds, Contacts};
 use punctual::contacts::{ManifoldBounds, Manifolds};
 use punctual::distance::{Bounds, Distance};
+use punctual::engine::{Ask, Question};
 use punctual::glam::{DMat3, DVec3};
 use punctual::impact::{Impact, TimeOfImpact};
 use punctual::intersection::Intersection;
 use punctual::points::PointBounds;
 use punctual::prediction::{CostModel, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
 use punctual::rays::{RayBounds, RayCast, RayMode};
-use punctual::tree::Solid;
 use punctual::{
-    Answer, Budget, BuildOptions, Mesh, Mode, Motion, Pose, Query, Ray, ResumeError, StopReason,
-    Tree, Verdict, Workspace, shapes,
+    Answer, Budget, Mesh, Mode, Motion, Pose, Query, Ray, ResumeError, StopReason, Tree, Verdict,
+    Workspace, shapes,
 };
 use punctual_depenetrate::{MAX_PENETRATION_STEP_WORK, PenetrationQuery, PenetrationWorkspace};
 use punctual_scene::{Body, Scene};
-use steps::assert_step;
 
 /// Two trees, and where they are.
 struct Place {
@@ -43,7 +44,7 @@ const POINTS: usize = 4;
 
 impl Place {
     fn new(trees: [Tree; 2], translation: DVec3) -> Self {
-        let pose = Pose::new(DMat3::from_rotation_y(0.4), translation).unwrap();
+        let pose = placed(DMat3::from_rotation_y(0.4), translation);
         let motion = Motion::turning(pose, [-0.5, 0.1, 0.2], [0.1, 0.2, 0.3], [0.0; 3]).unwrap();
         let rays = std::array::from_fn(|i| {
             Ray::new([-3.0, 0.1 * i as f64 - 1.0, 0.1], [1.0, 0.0, 0.05]).unwrap()
@@ -64,17 +65,12 @@ impl Place {
 
     /// A hull around a small one, two that meet, a solid that is open, and a large one.
     fn solids() -> [Self; 4] {
-        let solid = |mesh| Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Keep));
         let cube = |size: f32| solid(shapes::cuboid([size; 3], 1));
         let ball = |detail| solid(shapes::icosphere(detail));
-        let half = {
-            let ball = shapes::icosphere(2);
-            let vertices: Vec<_> = (0..ball.vertex_count())
-                .map(|i| ball.vertex(i).to_array())
-                .collect();
-            let triangles = ball.triangles()[..ball.len() / 2].iter().copied();
-            solid(Mesh::from_f64(vertices, triangles).unwrap())
-        };
+        let whole = shapes::icosphere(2);
+        let vertices = (0..whole.vertex_count()).map(|i| whole.vertex(i).to_array());
+        let triangles = whole.triangles()[..whole.len() / 2].iter().copied();
+        let half = solid(Mesh::from_f64(vertices, triangles).unwrap());
         [
             Self::new([cube(1.0), cube(0.2)], DVec3::new(0.1, 0.3, 0.2)),
             Self::new([ball(2), cube(0.7)], DVec3::new(1.3, 0.4, 0.2)),
@@ -85,14 +81,13 @@ impl Place {
 
     /// Surfaces that meet, that are close, that are too far apart for `f64`, and none.
     fn all() -> [Self; 4] {
-        let knot = || Tree::new(shapes::torus_knot(2, 3, 0.2, 32));
-        let ball = || Tree::new(shapes::icosphere(2));
-        let nothing = Tree::new(Mesh::new([] as [[f32; 3]; 0], [] as [[u32; 3]; 0]).unwrap());
+        let (knot, ball) = (knot(0.2, 32), ball(2));
+        let two = [knot.clone(), ball.clone()];
         [
-            Self::new([knot(), ball()], DVec3::new(0.8, 0.5, 0.1)),
-            Self::new([knot(), ball()], DVec3::new(2.25, 0.5, 0.1)),
-            Self::new([ball(), knot()], DVec3::splat(1e15)),
-            Self::new([nothing, knot()], DVec3::ZERO),
+            Self::new(two.clone(), DVec3::new(0.8, 0.5, 0.1)),
+            Self::new(two, DVec3::new(2.25, 0.5, 0.1)),
+            Self::new([ball, knot.clone()], DVec3::splat(1e15)),
+            Self::new([nothing(), knot], DVec3::ZERO),
         ]
     }
 
@@ -211,16 +206,17 @@ enum Said {
 impl Said {
     /// Why it ended, and after which work.
     fn end(&self) -> (StopReason, u64) {
-        match self {
-            Self::Outcome(said) => (said.stop, said.stats.work),
-            Self::Distance(said) => (said.stop, said.stats.work),
-            Self::Contacts(said) => (said.stop, said.stats.work),
-            Self::Passage(said) => (said.stop, said.stats.work),
-            Self::Cast(said) => (said.stop, said.stats.work),
-            Self::Manifolds(said) => (said.stop, said.stats.work),
-            Self::Batch(said) => (said.stop, said.stats.work),
-            Self::Point(said) => (said.stop, said.stats.work),
-        }
+        let (stop, stats) = match self {
+            Self::Outcome(said) => (said.stop, said.stats),
+            Self::Distance(said) => (said.stop, said.stats),
+            Self::Contacts(said) => (said.stop, said.stats),
+            Self::Passage(said) => (said.stop, said.stats),
+            Self::Cast(said) => (said.stop, said.stats),
+            Self::Manifolds(said) => (said.stop, said.stats),
+            Self::Batch(said) => (said.stop, said.stats),
+            Self::Point(said) => (said.stop, said.stats),
+        };
+        (stop, stats.work)
     }
 
     /// True if it claims nothing that the answer without a limit denies.
@@ -242,9 +238,8 @@ impl Said {
             }
             (Self::Manifolds(said), Self::Manifolds(whole)) => {
                 let [said, whole] = [said.value, whole.value];
-                let least = whole
-                    .nearest
-                    .map_or(f64::INFINITY, |(_, distance)| distance);
+                let nearest = whole.nearest.map(|(_, distance)| distance);
+                let least = nearest.unwrap_or(f64::INFINITY);
                 (whole.meets || !said.meets)
                     && fits(said.within, whole.within)
                     && said.nearest.is_none_or(|(_, distance)| distance >= least)
@@ -295,9 +290,17 @@ impl Room {
         }
     }
 
+    /// Whose clock takes so many nanoseconds for each reading.
+    fn ticking(reading: u64) -> Self {
+        Self {
+            clock: ManualClock::ticking(Duration::from_nanos(reading)),
+            ..Self::new()
+        }
+    }
+
     fn run(&mut self, asked: Asked, place: &Place, budget: Budget) -> Said {
-        self.ask(asked, place, budget, false)
-            .expect("a run is never refused")
+        let said = self.ask(asked, place, budget, false);
+        said.expect("a run is never refused")
     }
 
     fn resume(&mut self, asked: Asked, place: &Place, budget: Budget) -> Result<Said, ResumeError> {
@@ -322,6 +325,7 @@ impl Room {
                 }
             }};
         }
+        let (tree, point) = (&place.trees[0], |i: usize| place.points[i]);
         Ok(match asked {
             Asked::Any => Said::Outcome(ask!(place.query(Mode::Any))),
             Asked::All => Said::Outcome(ask!(place.query(Mode::All))),
@@ -334,20 +338,16 @@ impl Room {
             Asked::AllHits => Said::Cast(ask!(place.ray(RayMode::All))),
             Asked::AnyHit => Said::Cast(ask!(place.ray(RayMode::Any))),
             Asked::HitFromInside => Said::Cast(ask!(place.ray(RayMode::Nearest).solid(true))),
-            Asked::Batch => Said::Batch(ask!(Query::rays(&place.trees[0], &place.rays))),
+            Asked::Batch => Said::Batch(ask!(Query::rays(tree, &place.rays))),
             Asked::Manifolds => Said::Manifolds(ask!(place.manifolds())),
-            Asked::Winding(i) => Said::Point(ask!(
-                Query::winding(&place.trees[0], place.points[i]).expect("a solid")
-            )),
-            Asked::SignedDistance(i) => Said::Point(ask!(
-                Query::signed_distance(&place.trees[0], place.points[i]).expect("a solid")
-            )),
-            Asked::Windings => Said::Batch(ask!(
-                Query::windings(&place.trees[0], &place.points).expect("a solid")
-            )),
-            Asked::SignedDistances => Said::Batch(ask!(
-                Query::signed_distances(&place.trees[0], &place.points).expect("a solid")
-            )),
+            Asked::Winding(i) => Said::Point(ask!(Query::winding(tree, point(i)).unwrap())),
+            Asked::SignedDistance(i) => {
+                Said::Point(ask!(Query::signed_distance(tree, point(i)).unwrap()))
+            }
+            Asked::Windings => Said::Batch(ask!(Query::windings(tree, &place.points).unwrap())),
+            Asked::SignedDistances => {
+                Said::Batch(ask!(Query::signed_distances(tree, &place.points).unwrap()))
+            }
         })
     }
 
@@ -365,26 +365,28 @@ impl Room {
     }
 }
 
-const ENOUGH: Budget = Budget::work(u64::MAX);
+/// Shows everything that can be asked about every place.
+fn each(mut visit: impl FnMut(Asked, &Place)) {
+    for place in Place::all().iter().chain(&Place::solids()) {
+        Asked::of(place).for_each(|asked| visit(asked, place));
+    }
+}
 
 #[test]
 fn a_budget_of_work_is_passed_by_at_most_a_step() {
-    for place in Place::all().iter().chain(&Place::solids()) {
-        for asked in Asked::of(place) {
-            let mut room = Room::new();
-            for work in (0..40).chain((40..8_000).step_by(37)) {
-                let (_, done) = room.run(asked, place, Budget::work(work)).end();
-                assert_step(done, work, asked.step());
-            }
+    each(|asked, place| {
+        let mut room = Room::new();
+        for work in (0..40).chain((40..8_000).step_by(37)) {
+            let (_, done) = room.run(asked, place, Budget::work(work)).end();
+            assert_step(done, work, asked.step());
         }
-        let mut workspace = PenetrationWorkspace::new();
-        for solid in [false, true] {
-            let query = PenetrationQuery::new(&place.trees[0], &place.trees[1], place.pose);
+    });
+    let (mut workspace, clock) = (PenetrationWorkspace::new(), ManualClock::new());
+    for place in Place::all().iter().chain(&Place::solids()) {
+        let query = PenetrationQuery::new(&place.trees[0], &place.trees[1], place.pose);
+        for query in [query, query.solid(true)] {
             for work in (0..40).chain((40..40_000).step_by(371)) {
-                let found = query.solid(solid).run(
-                    &mut workspace,
-                    Budget::work(work).clock(&ManualClock::new()),
-                );
+                let found = query.run(&mut workspace, Budget::work(work).clock(&clock));
                 assert_step(found.stats.work, work, MAX_PENETRATION_STEP_WORK);
             }
         }
@@ -394,63 +396,43 @@ fn a_budget_of_work_is_passed_by_at_most_a_step() {
 #[test]
 fn the_largest_budgets_end_like_none_however_late_the_clock() {
     let late = Duration::MAX - Duration::from_secs(20);
-    for place in Place::all().iter().chain(&Place::solids()) {
-        for asked in Asked::of(place) {
-            let whole = Room::new().run(asked, place, Budget::work(u64::MAX - 1));
-            assert!(whole.is_whole(), "{asked:?}: {whole:?}");
-            for poll_interval in [0, 1, u64::MAX] {
-                let mut room = Room::new();
-                assert_eq!(
-                    room.run(asked, place, ENOUGH.poll_interval(poll_interval)),
-                    whole,
-                    "{asked:?}"
-                );
-                for (by, limit) in [
-                    (Duration::ZERO, Duration::MAX),
-                    (late, Duration::MAX),
-                    (late, late / 2),
-                ] {
-                    room.clock = ManualClock::new();
-                    room.clock.advance(by);
-                    let said = room.run(
-                        asked,
-                        place,
-                        Budget::time(limit).poll_interval(poll_interval),
-                    );
-                    assert_eq!(
-                        said.end().0,
-                        whole.end().0,
-                        "{asked:?}, {limit:?} at {by:?}, every {poll_interval}"
-                    );
-                }
+    let times = [
+        (Duration::ZERO, Duration::MAX),
+        (late, Duration::MAX),
+        (late, late / 2),
+    ];
+    each(|asked, place| {
+        let whole = Room::new().run(asked, place, Budget::work(u64::MAX - 1));
+        assert!(whole.is_whole(), "{asked:?}: {whole:?}");
+        for poll_interval in [0, 1, u64::MAX] {
+            let mut room = Room::new();
+            let said = room.run(asked, place, ENOUGH.poll_interval(poll_interval));
+            assert_eq!(said, whole, "{asked:?}");
+            for (by, limit) in times {
+                room.clock = ManualClock::new();
+                room.clock.advance(by);
+                let budget = Budget::time(limit).poll_interval(poll_interval);
+                let (stop, _) = room.run(asked, place, budget).end();
+                assert_eq!(stop, whole.end().0, "{asked:?}, {limit:?} at {by:?}");
             }
         }
-    }
+    });
 }
 
 #[test]
 fn without_time_no_more_than_a_step_is_done_and_the_query_goes_on_later() {
-    for place in Place::all().iter().chain(&Place::solids()) {
-        for asked in Asked::of(place) {
-            for clock in [
-                ManualClock::new(),
-                ManualClock::ticking(Duration::from_secs(1)),
-            ] {
-                let mut room = Room {
-                    clock,
-                    ..Room::new()
-                };
-                let (stop, work) = room.run(asked, place, Budget::time(Duration::ZERO)).end();
-                assert!(work < MAX_DISTANCE_STEP_WORK, "{asked:?}: {work}, {stop:?}");
-                if stop == StopReason::Deadline {
-                    let said = room
-                        .resume(asked, place, ENOUGH)
-                        .expect("stopped by the clock");
-                    assert!(said.is_whole(), "{asked:?}: {said:?}");
-                }
+    each(|asked, place| {
+        for reading in [0, 1_000_000_000] {
+            let mut room = Room::ticking(reading);
+            let (stop, work) = room.run(asked, place, Budget::time(Duration::ZERO)).end();
+            assert!(work < MAX_DISTANCE_STEP_WORK, "{asked:?}: {work}, {stop:?}");
+            if stop == StopReason::Deadline {
+                let said = room.resume(asked, place, ENOUGH);
+                let said = said.expect("stopped by the clock");
+                assert!(said.is_whole(), "{asked:?}: {said:?}");
             }
         }
-    }
+    });
 }
 
 /// Room for contacts, all hits of a ray and batches of rays is made by the first query for them, and by no other call.
@@ -462,93 +444,83 @@ fn not_even_the_first_call_allocates_but_for_contacts_all_hits_and_batches() {
         Budget::time(Duration::from_secs(9)),
         Budget::unlimited(),
     ];
+    let is_asked = |asked: &Asked| *asked != Asked::Manifolds;
     for place in &Place::all() {
-        for asked in OF_SURFACES
-            .into_iter()
-            .filter(|asked| *asked != Asked::Manifolds)
-        {
+        for asked in OF_SURFACES.into_iter().filter(is_asked) {
+            let makes_room = matches!(
+                asked,
+                Asked::Touching | Asked::Contacts | Asked::AllHits | Asked::Batch
+            );
             for budget in budgets {
-                let mut room = Room::new();
-                let makes_room = matches!(
-                    asked,
-                    Asked::Touching | Asked::Contacts | Asked::AllHits | Asked::Batch
-                );
-                let first = allocator_calls(|| _ = room.run(asked, place, budget));
+                let [mut room, mut roomy] = [Room::new(), Room::new()];
+                let calls =
+                    |room: &mut Room| allocator_calls(|| _ = room.run(asked, place, budget));
+                let first = calls(&mut room);
                 assert!(first == 0 || makes_room, "{asked:?}: {first} calls");
-                assert_eq!(
-                    allocator_calls(|| _ = room.run(asked, place, budget)),
-                    0,
-                    "{asked:?}"
-                );
-                let mut room = Room::new();
-                room.workspace.reserve_contacts(100);
-                room.workspace.reserve_ray_hits(100);
-                assert_eq!(
-                    allocator_calls(|| _ = room.run(asked, place, budget)),
-                    0,
-                    "{asked:?}"
-                );
+                assert_eq!(calls(&mut room), 0, "{asked:?}");
+                roomy.workspace.reserve_contacts(100);
+                roomy.workspace.reserve_ray_hits(100);
+                assert_eq!(calls(&mut roomy), 0, "{asked:?}");
             }
         }
     }
 }
 
-/// Budgets that leave no room for the first step, or for few steps; the time that each reading of
-/// the clock takes.
-fn small_budgets() -> [(Budget, Duration); 20] {
-    let nanos = Duration::from_nanos;
-    let time = |limit, reading| (Budget::time(nanos(limit)), nanos(reading));
-    let work = |limit| (Budget::work(limit), Duration::ZERO);
-    [
-        work(0),
-        work(1),
-        work(10),
-        work(351),
-        work(MAX_STEP_WORK),
-        work(MAX_DISTANCE_STEP_WORK),
-        work(3_000),
-        work(12_000),
-        work(u64::MAX),
-        time(0, 0),
-        time(1, 0),
-        time(1, 1),
-        time(20, 10),
-        time(100, 30),
-        time(400, 30),
-        time(1_000, 30),
-        time(1_000, 300),
-        time(5_000, 300),
+/// Budgets that leave no room for the first step, or for few steps; and how many nanoseconds each reading of the clock takes.
+fn small_budgets() -> Vec<(Budget, u64)> {
+    let works = [
+        0,
+        1,
+        10,
+        351,
+        MAX_STEP_WORK,
+        MAX_DISTANCE_STEP_WORK,
+        3_000,
+        12_000,
+        u64::MAX,
+    ];
+    let times = [
+        (0, 0),
+        (1, 0),
+        (1, 1),
+        (20, 10),
+        (100, 30),
+        (400, 30),
+        (1_000, 30),
+        (1_000, 300),
+        (5_000, 300),
         // A clock that is late at the first reading.
-        time(1_000, 1_000_000_000),
-        (Budget::time(nanos(100)).poll_interval(1), nanos(30)),
-    ]
+        (1_000, 1_000_000_000),
+    ];
+    let nanos = |(limit, reading)| (Budget::time(Duration::from_nanos(limit)), reading);
+    let mut all: Vec<_> = works.map(|work| (Budget::work(work), 0)).into();
+    all.extend(times.map(nanos));
+    all.push((nanos((100, 30)).0.poll_interval(1), 30));
+    all
 }
 
 #[test]
 fn any_question_after_any_other_says_what_it_says_in_a_fresh_workspace() {
     let [_, surfaces, _, nothing] = Place::all();
-    let places: Vec<Place> = Place::solids()
-        .into_iter()
-        .chain([surfaces, nothing])
-        .collect();
-    let all: Vec<_> = places
-        .iter()
-        .flat_map(|place| Asked::of(place).map(move |asked| (place, asked)))
-        .collect();
+    let solids = Place::solids().into_iter();
+    let places: Vec<Place> = solids.chain([surfaces, nothing]).collect();
+    let asked_of = |place| Asked::of(place).map(move |asked| (place, asked));
+    let all: Vec<_> = places.iter().flat_map(asked_of).collect();
+    let budgets = small_budgets();
     let mut before = Room::new();
     for &(place, asked) in &all {
         let whole = Room::new().run(asked, place, ENOUGH);
-        let fresh = small_budgets().map(|(budget, reading)| {
-            let mut room = Room::new();
-            room.clock = ManualClock::ticking(reading);
+        let fresh = budgets.iter().map(|&(budget, reading)| {
+            let mut room = Room::ticking(reading);
             let said = room.run(asked, place, budget);
             assert!(said.agrees_with(&whole), "{asked:?} {said:?} {whole:?}");
             (said, room.found())
         });
+        let fresh: Vec<_> = fresh.collect();
         for (turn, &(other, earlier)) in all.iter().enumerate() {
             // Each budget after each question, at one of its places.
-            let some = small_budgets().into_iter().enumerate();
-            for (i, (budget, reading)) in some.filter(|(i, _)| (i + turn) % 4 == 0) {
+            let some = budgets.iter().enumerate();
+            for (i, &(budget, reading)) in some.filter(|(i, _)| (i + turn) % 4 == 0) {
                 let stop = [0, 1, 500, 1_100, 2_500, 9_000, 60_000][(i + turn) % 7];
                 before.clock = ManualClock::new();
                 let first = before.run(earlier, other, Budget::work(stop));
@@ -556,25 +528,18 @@ fn any_question_after_any_other_says_what_it_says_in_a_fresh_workspace() {
                     let _ = before.resume(earlier, other, Budget::work(stop));
                 }
                 before.workspace.set_cost_model(CostModel::default());
-                before.clock = ManualClock::ticking(reading);
+                before.clock = ManualClock::ticking(Duration::from_nanos(reading));
                 let said = before.run(asked, place, budget);
                 assert_eq!(said, fresh[i].0, "{asked:?} after {earlier:?}, {budget:?}");
                 if (i + turn) % 12 == 0 {
                     assert_eq!(before.found(), fresh[i].1, "{asked:?} after {earlier:?}");
-                    let is_same = std::ptr::eq(other, place) && earlier == asked;
                     before.clock = ManualClock::new();
-                    let late = if is_same {
-                        Err(ResumeError)
-                    } else {
-                        before.resume(earlier, other, ENOUGH)
-                    };
-                    assert_eq!(late, Err(ResumeError), "{earlier:?} was left for {asked:?}");
-                    let rest = before.resume(asked, place, ENOUGH);
-                    let said = rest.unwrap_or(said);
-                    assert!(
-                        said.is_whole() && said.agrees_with(&whole),
-                        "{said:?} {whole:?}"
-                    );
+                    if !std::ptr::eq(other, place) || earlier != asked {
+                        let late = before.resume(earlier, other, ENOUGH);
+                        assert_eq!(late, Err(ResumeError), "{earlier:?} before {asked:?}");
+                    }
+                    let rest = before.resume(asked, place, ENOUGH).unwrap_or(said);
+                    assert!(rest.is_whole() && rest.agrees_with(&whole), "{rest:?}");
                 }
             }
         }
@@ -597,95 +562,75 @@ fn is_decided(said: &Said) -> bool {
 /// The clock moves with each reading only, so it does not tell how busy the machine is.
 #[test]
 fn twice_the_budget_never_decides_fewer() {
-    let places: Vec<Place> = Place::solids().into_iter().chain(Place::all()).collect();
-    let nanos = Duration::from_nanos;
-    let work = (0..20).map(|i| (Budget::work(1 << i), nanos(0)));
-    let time = |reading| (0..20).map(move |i| (Budget::time(nanos(60 << i)), nanos(reading)));
+    let time = |i: u32| Budget::time(Duration::from_nanos(60 << i));
     let mut never = 0;
-    for budgets in [
-        work.collect::<Vec<_>>(),
-        time(20).collect(),
-        time(300).collect(),
-    ] {
-        for place in &places {
-            for asked in Asked::of(place) {
-                let mut before = (false, 0, Budget::work(0));
-                for &(budget, reading) in &budgets {
-                    let mut room = Room::new();
-                    room.clock = ManualClock::ticking(reading);
-                    let said = room.run(asked, place, budget);
-                    let done = match said {
-                        Said::Batch(said) => said.value,
-                        _ => 0,
-                    };
-                    let now = (is_decided(&said), done, budget);
-                    assert!(
-                        before.0 <= now.0 && before.1 <= now.1,
-                        "{asked:?} {before:?} {now:?}"
-                    );
-                    before = now;
-                }
-                never += usize::from(!before.0);
+    each(|asked, place| {
+        for reading in [0, 20, 300] {
+            let mut before = (false, 0);
+            for i in 0..20 {
+                let budget = if reading == 0 {
+                    Budget::work(1 << i)
+                } else {
+                    time(i)
+                };
+                let said = Room::ticking(reading).run(asked, place, budget);
+                let done = match said {
+                    Said::Batch(said) => said.value,
+                    _ => 0,
+                };
+                let now = (is_decided(&said), done);
+                assert!(
+                    before.0 <= now.0 && before.1 <= now.1,
+                    "{asked:?} {budget:?}"
+                );
+                before = now;
             }
+            never += usize::from(!before.0);
         }
-    }
+    });
     assert!(never < 6, "{never} were never decided");
 }
 
 #[test]
 fn twice_the_budget_never_decides_fewer_pairs_of_a_scene() {
-    let tree = Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 40)));
+    let tree = Arc::new(knot(0.2, 40));
     let decided = |budget: Budget, reading: u64| {
         let mut scene = Scene::new();
         for i in 0..60 {
             let at = DVec3::new(f64::from(i % 8), f64::from(i / 8), f64::from(i % 3)) * 1.4;
-            let turn = DMat3::from_rotation_x(f64::from(i));
-            let body = Body::moving(Arc::clone(&tree), Pose::new(turn, at).unwrap());
-            scene.insert(body).unwrap();
+            let pose = placed(DMat3::from_rotation_x(f64::from(i)), at);
+            scene.insert(Body::moving(Arc::clone(&tree), pose)).unwrap();
         }
         let clock = ManualClock::ticking(Duration::from_nanos(reading));
-        let mut decided = 0;
-        for _ in 0..3 {
-            decided += scene.detect(budget.clock(&clock)).decided;
-        }
-        decided
+        let mut frame = || scene.detect(budget.clock(&clock)).decided;
+        (0..3).map(|_| frame()).sum()
     };
     let most = decided(Budget::unlimited(), 0);
     for reading in [0, 20, 300] {
-        let counts: Vec<usize> = (0..20)
-            .map(|i| match reading {
-                0 => decided(Budget::work(100 << i), 0),
-                _ => decided(Budget::time(Duration::from_nanos(500 << i)), reading),
-            })
-            .collect();
-        assert!(
-            counts.is_sorted() && counts[19] == most,
-            "{reading} ns: {counts:?} of {most}"
-        );
+        let count = |i: u32| match reading {
+            0 => decided(Budget::work(100 << i), 0),
+            _ => decided(Budget::time(Duration::from_nanos(500 << i)), reading),
+        };
+        let counts: Vec<usize> = (0..20).map(count).collect();
+        assert!(counts.is_sorted() && counts[19] == most, "{reading}");
     }
 }
 
 #[test]
 fn a_clone_of_any_stopped_run_goes_on_like_its_original() {
-    for place in Place::all().iter().chain(&Place::solids()) {
-        for asked in Asked::of(place) {
-            for budget in [0, 900, 5_000] {
-                let mut room = Room::new();
-                let (stop, _) = room.run(asked, place, Budget::work(budget)).end();
-                let mut clone = room.clone();
-                assert_eq!(clone.found(), room.found());
-                let [said, again] =
-                    [&mut room, &mut clone].map(|room| room.resume(asked, place, ENOUGH));
-                assert_eq!(said, again, "{asked:?}");
-                assert_eq!(
-                    said.is_ok(),
-                    stop == StopReason::WorkLimit,
-                    "{asked:?}, {stop:?}"
-                );
-                assert_eq!(clone.found(), room.found(), "{asked:?}");
-            }
+    each(|asked, place| {
+        for budget in [0, 900, 5_000] {
+            let mut room = Room::new();
+            let (stop, _) = room.run(asked, place, Budget::work(budget)).end();
+            let mut clone = room.clone();
+            assert_eq!(clone.found(), room.found());
+            let both = [&mut room, &mut clone];
+            let [said, again] = both.map(|room| room.resume(asked, place, ENOUGH));
+            assert_eq!(said, again, "{asked:?}");
+            assert_eq!(said.is_ok(), stop == StopReason::WorkLimit, "{asked:?}");
+            assert_eq!(clone.found(), room.found(), "{asked:?}");
         }
-    }
+    });
 }
 
 #[test]
@@ -711,66 +656,49 @@ fn before_the_first_query_a_workspace_holds_nothing() {
     }
 }
 
-/// A query with NaN equals itself, and so can be resumed.
+/// A query with NaN equals itself, and so can be resumed. What it answers then, in order.
+#[track_caller]
+fn finishes<'t, Q: Question>(query: Query<'t, Q>) -> Q::Value
+where
+    Query<'t, Q>: Ask<Q>,
+{
+    let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
+    let said = query.run(&mut workspace, Budget::work(500).clock(&clock));
+    assert_eq!(said.stop, StopReason::WorkLimit);
+    let said = query.resume(&mut workspace, Budget::unlimited().clock(&clock));
+    let said = said.expect("the same query");
+    assert_eq!(said.stop, StopReason::Finished);
+    said.value
+}
+
 #[test]
 fn a_number_that_is_none_counts_as_one() {
-    let place = &Place::all()[1];
-    let (workspace, clock) = (&mut Workspace::new(), &ManualClock::new());
+    let (place, nan) = (&Place::all()[1], f64::NAN);
     let distance = place.distance();
     for query in [
-        distance.absolute_tolerance(f64::NAN),
-        distance.relative_tolerance(f64::NAN),
-        distance.closer_than(f64::NAN),
-        distance.margins([f64::NAN, 0.1]),
+        distance.absolute_tolerance(nan),
+        distance.relative_tolerance(nan),
+        distance.closer_than(nan),
+        distance.margins([nan, 0.1]),
     ] {
-        assert_eq!(
-            query.run(workspace, Budget::work(500).clock(clock)).stop,
-            StopReason::WorkLimit
-        );
-        let said = query
-            .resume(workspace, Budget::unlimited().clock(clock))
-            .expect("the same query");
-        assert!(
-            said.stop == StopReason::Finished && said.value.low <= said.value.high,
-            "{said:?}"
-        );
+        let Bounds { low, high, .. } = finishes(query);
+        assert!(low <= high, "{low} {high}");
     }
     let sweep = place.sweep();
     for query in [
-        sweep.tolerance(f64::NAN),
-        sweep.time_tolerance(f64::NAN),
-        sweep.margins([f64::NAN, 0.1]),
+        sweep.tolerance(nan),
+        sweep.time_tolerance(nan),
+        sweep.margins([nan, 0.1]),
     ] {
-        assert_eq!(
-            query.run(workspace, Budget::work(500).clock(clock)).stop,
-            StopReason::WorkLimit
-        );
-        assert!(query.certificate(workspace).is_ok());
-        let said = query
-            .resume(workspace, Budget::unlimited().clock(clock))
-            .expect("the same query");
-        assert!(
-            said.stop == StopReason::Finished
-                && said.value.lower <= said.value.upper.unwrap_or(1.0),
-            "{said:?}"
-        );
+        let TimeOfImpact { lower, upper, .. } = finishes(query);
+        assert!(lower <= upper.unwrap_or(1.0), "{lower} {upper:?}");
     }
-    let query = place.contacts().margin(f64::NAN);
-    assert_eq!(
-        query.run(workspace, Budget::work(500).clock(clock)).stop,
-        StopReason::WorkLimit
-    );
-    assert_eq!(
-        query
-            .resume(workspace, Budget::unlimited().clock(clock))
-            .unwrap()
-            .stop,
-        StopReason::Finished
-    );
+    let _ = finishes(place.contacts().margin(nan));
+    let mut workspace = Workspace::new();
     let mut told = |query: Query<Intersection>| {
-        let _ = query.run(workspace, Budget::work(500).clock(clock));
-        query.estimate(workspace, None).unwrap()
+        let _ = common::ask::run(&query, &mut workspace, Budget::work(500));
+        query.estimate(&workspace, None).unwrap()
     };
     let query = place.query(Mode::All);
-    assert_eq!(told(query.prior(f64::NAN)), told(query));
+    assert_eq!(told(query.prior(nan)), told(query));
 }

@@ -187,12 +187,7 @@ fn parallel_sheets_are_told_apart_as_soon_as_their_distance() {
             let query = Query::intersection(&tree, &tree, pose).mode(mode);
             let whole = run(&query, &mut workspace, ENOUGH);
             assert_eq!(whole.value, Verdict::Separated);
-            assert!(
-                whole.stats.work < 2 * distance.stats.work,
-                "{mode:?}, {gap:e}: {} where the distance takes {}",
-                whole.stats.work,
-                distance.stats.work
-            );
+            assert!(whole.stats.work < 2 * distance.stats.work, "{mode:?}");
             // Cut anywhere, also within the pass over the vertices.
             let mut said = run(
                 &query,

@@ -64,11 +64,8 @@ fn quantiles_are_in_order_and_the_same_each_time() {
                 assert_ordered(q);
             }
             assert_eq!(prediction, query.predict(None));
-            assert_eq!(
-                prediction,
-                query.predict(Some(&PairMemory::new())),
-                "a memory that knows nothing"
-            );
+            // A memory that knows nothing.
+            assert_eq!(prediction, query.predict(Some(&PairMemory::new())));
         }
     }
 }
@@ -157,11 +154,8 @@ fn what_is_undecided_is_not_certain_to_meet_and_not_free() {
                     told_apart += u32::from(estimate.probability == 0.0);
                     assert!(estimate.remaining.bv_tests.p90 > 0.0 || workspace.pairs().is_empty());
                 }
-                assert_eq!(
-                    query.estimate(&workspace, None),
-                    Ok(estimate),
-                    "the same each time"
-                );
+                // The same each time.
+                assert_eq!(query.estimate(&workspace, None), Ok(estimate));
             }
         }
     }
@@ -192,11 +186,8 @@ fn the_probability_rises_with_the_prior() {
         at(DEFAULT_PRIOR),
         query.estimate(&workspace, None).unwrap().probability
     );
-    assert_eq!(
-        [at(-3.0), at(7.0)],
-        [0.0, 1.0],
-        "a prior beyond its range counts as its end"
-    );
+    // A prior beyond its range counts as its end.
+    assert_eq!([at(-3.0), at(7.0)], [0.0, 1.0]);
 }
 
 #[test]
@@ -243,12 +234,7 @@ fn the_last_verdict_counts() {
             .unwrap()
             .probability
     });
-    assert!(
-        told[0] > told[1] + 0.1,
-        "after a hit {}, after none {}",
-        told[0],
-        told[1]
-    );
+    assert!(told[0] > told[1] + 0.1, "{} {}", told[0], told[1]);
 }
 
 #[test]
@@ -318,11 +304,8 @@ fn time_budgets_teach_the_costs() {
     assert!(learned.bv_test < 0.5 * slow.bv_test);
     assert!(predicted.time(&learned).p50 < predicted.time(&slow).p50);
     let _ = query.run(&mut workspace, Budget::unlimited().clock(&clock));
-    assert_eq!(
-        workspace.cost_model(),
-        learned,
-        "only budgets of time are measured"
-    );
+    // Only budgets of time are measured.
+    assert_eq!(workspace.cost_model(), learned);
 }
 
 /// Generous time: depth-first, no queue. Too little: the queue. Either way the answer is the same.

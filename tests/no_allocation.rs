@@ -10,14 +10,13 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use allocations::allocator_calls;
+use common::meshes::{ball, cube, placed};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::clock::ManualClock;
-use punctual::contacts::{Contacts, Manifolds};
-use punctual::distance::Distance;
+use punctual::contacts::Contacts;
+use punctual::engine::{Ask, Remembers};
 use punctual::glam::{DVec3, Vec3};
-use punctual::impact::Impact;
-use punctual::intersection::Intersection;
 use punctual::rays::RayMode;
 use punctual::tree::Solid;
 use punctual::{
@@ -32,136 +31,76 @@ fn the_counter_counts() {
     assert_eq!(allocator_calls(|| ()), 0);
 }
 
-/// Everything a caller can do with a query inside a frame.
-fn use_query(
-    query: &Query<Intersection>,
+/// Everything a caller can do with a query inside a frame; `look` with what is known at each stop.
+fn use_query<'t, Q: Remembers>(
+    query: &Query<'t, Q>,
     workspace: &mut Workspace,
     mut memory: Option<&mut PairMemory>,
-) {
+    look: impl Fn(&mut Workspace, Option<&PairMemory>),
+) where
+    Query<'t, Q>: Ask<Q>,
+{
     let clock = ManualClock::ticking(Duration::from_micros(1));
     let budgets = [
-        Budget::work(0),
         Budget::work(60),
         Budget::work(5_000),
         Budget::time(Duration::from_micros(3)),
-        Budget::unlimited(),
+        Budget::work(50_000),
     ];
-    for budget in budgets {
-        let mut outcome = query
-            .with_memory(memory.as_deref_mut())
-            .run(workspace, budget.clock(&clock));
-        for resumption in 0.. {
-            let certificate = query.certificate(workspace).unwrap();
-            black_box((certificate.upper_bound(), certificate.largest_extent()));
-            black_box(certificate.boxes().count());
-            match outcome.stop {
-                StopReason::Finished | StopReason::FirstHit => break,
-                StopReason::PairsFull => drop(black_box(workspace.drain_pairs())),
-                _ => {}
+    for budget in [Budget::work(0), Budget::unlimited()]
+        .into_iter()
+        .chain(budgets)
+    {
+        let known = query.with_memory(memory.as_deref_mut());
+        let mut said = known.run(workspace, budget.clock(&clock));
+        for more in budgets.iter().cycle() {
+            look(workspace, memory.as_deref());
+            if said.stop.is_final() {
+                break;
             }
-            let more = budgets[1 + resumption as usize % 4];
-            let again = query
-                .with_memory(memory.as_deref_mut())
-                .resume(workspace, more.clock(&clock));
-            outcome = again.unwrap();
-        }
-        black_box(workspace.pairs());
-    }
-}
-
-/// The same of a distance query.
-fn use_distance(
-    query: &Query<Distance>,
-    workspace: &mut Workspace,
-    mut memory: Option<&mut PairMemory>,
-) {
-    let clock = ManualClock::ticking(Duration::from_micros(1));
-    for budget in [
-        Budget::work(0),
-        Budget::work(2_000),
-        Budget::time(Duration::from_micros(3)),
-        Budget::unlimited(),
-    ] {
-        black_box(query.predict(memory.as_deref()));
-        let mut said = query
-            .with_memory(memory.as_deref_mut())
-            .run(workspace, budget.clock(&clock));
-        while said.stop != StopReason::Finished {
-            let _ = black_box(query.estimate(workspace, memory.as_deref()));
             let _ = black_box(query.remaining(workspace, memory.as_deref()));
-            black_box(query.certificate(workspace).unwrap().boxes().count());
-            let more = [Budget::work(5_000), Budget::time(Duration::from_micros(30))]
-                [usize::from(said.stats.work % 2 == 1)];
-            said = query
-                .with_memory(memory.as_deref_mut())
-                .resume(workspace, more.clock(&clock))
-                .unwrap();
+            if said.stop == StopReason::PairsFull {
+                drop(black_box(workspace.drain_pairs()));
+            }
+            let known = query.with_memory(memory.as_deref_mut());
+            said = known.resume(workspace, more.clock(&clock)).unwrap();
         }
         let _ = black_box(said);
     }
 }
 
-/// The same of a motion query.
-fn use_motion(query: &Query<Impact>, workspace: &mut Workspace, memory: &mut PairMemory) {
-    let clock = ManualClock::ticking(Duration::from_micros(1));
-    for budget in [
-        Budget::work(0),
-        Budget::work(2_000),
-        Budget::time(Duration::from_micros(3)),
-        Budget::unlimited(),
-    ] {
-        let mut said = query
-            .with_memory(&mut *memory)
-            .run(workspace, budget.clock(&clock));
-        while said.stop != StopReason::Finished {
-            said = query
-                .with_memory(&mut *memory)
-                .resume(workspace, Budget::work(9_000).clock(&clock))
-                .unwrap();
-        }
-        let _ = black_box(said);
-    }
-}
-
-/// The same of a query for manifolds, in a workspace and with a memory that were used before.
-fn use_manifolds(query: &Query<Manifolds>, workspace: &mut Workspace, memory: &mut PairMemory) {
-    let clock = ManualClock::ticking(Duration::from_micros(1));
-    for budget in [
-        Budget::work(0),
-        Budget::work(2_000),
-        Budget::time(Duration::from_micros(3)),
-        Budget::unlimited(),
-    ] {
-        let mut said = query
-            .with_memory(&mut *memory)
-            .run(workspace, budget.clock(&clock));
-        while said.stop != StopReason::Finished {
-            black_box(workspace.manifolds().len());
-            said = query
-                .with_memory(&mut *memory)
-                .resume(workspace, Budget::work(50_000).clock(&clock))
-                .unwrap();
-        }
-        black_box(workspace.manifolds().len());
-    }
+/// Calls without a memory, with one that is new, and with one that was used.
+fn calls_of<'t, Q: Remembers>(
+    query: &Query<'t, Q>,
+    workspace: &mut Workspace,
+    look: impl Fn(&mut Workspace, Option<&PairMemory>),
+) -> u64
+where
+    Query<'t, Q>: Ask<Q>,
+{
+    let mut memory = PairMemory::new();
+    allocator_calls(|| {
+        use_query(query, workspace, None, &look);
+        use_query(query, workspace, Some(&mut memory), &look);
+        use_query(query, workspace, Some(&mut memory), &look);
+    })
 }
 
 #[test]
 fn queries_for_manifolds_do_not_allocate_once_their_buffers_have_grown() {
-    let (a, b) = (
-        Tree::new(shapes::icosphere(3)),
-        Tree::new(shapes::torus(1.0, 0.3, 40)),
-    );
+    let (a, b) = (ball(3), Tree::new(shapes::torus(1.0, 0.3, 40)));
     let mut random = Random::new(3);
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     for _ in 0..5 {
-        let pose = Pose::new(random.rotation(), 0.5 * random.vector()).unwrap();
+        let pose = placed(random.rotation(), 0.5 * random.vector());
         for skin in [0.0, 0.02] {
             let query = Query::manifolds(&a, &b, pose).skin(skin);
-            use_manifolds(&query, &mut workspace, &mut memory);
-            assert!(!workspace.manifolds().is_empty());
-            let calls = allocator_calls(|| use_manifolds(&query, &mut workspace, &mut memory));
+            let [_, calls] = [(); 2].map(|()| {
+                let (held, memory) = (&mut workspace, Some(&mut memory));
+                allocator_calls(|| use_query(&query, held, memory, |_, _| ()))
+            });
             assert_eq!(calls, 0, "skin {skin}");
+            assert!(!workspace.manifolds().is_empty());
         }
     }
 }
@@ -182,9 +121,8 @@ fn use_contacts(query: &Query<Contacts>, workspace: &mut Workspace) {
             if said.stop == StopReason::PairsFull {
                 drop(black_box(workspace.drain_contacts()));
             }
-            said = query
-                .resume(workspace, Budget::work(50_000).clock(&clock))
-                .unwrap();
+            let more = Budget::work(50_000).clock(&clock);
+            said = query.resume(workspace, more).unwrap();
         }
         black_box(workspace.contacts().count());
     }
@@ -192,24 +130,21 @@ fn use_contacts(query: &Query<Contacts>, workspace: &mut Workspace) {
 
 #[track_caller]
 fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
-    let workspaces = [
-        Workspace::new(),
-        Workspace::with_capacity(0, 1),
-        Workspace::with_capacity(3, 5),
-    ];
-    for mut workspace in workspaces {
-        for mode in MODES {
-            for order in ORDERS {
-                let query = Query::intersection(a, b, pose).mode(mode).order(order);
-                for query in [query, query.plain(), query.pair_limit(3)] {
-                    let mut memory = PairMemory::new();
-                    let calls = allocator_calls(|| {
-                        use_query(&query, &mut workspace, None);
-                        use_query(&query, &mut workspace, Some(&mut memory));
-                        use_query(&query, &mut workspace, Some(&mut memory));
-                    });
-                    assert_eq!(calls, 0, "{mode:?} {order:?}");
-                }
+    for (capacity, pairs) in [(4096, 4096), (0, 1), (3, 5)] {
+        let mut workspace = Workspace::with_capacity(capacity, pairs);
+        for (mode, order) in MODES
+            .iter()
+            .flat_map(|mode| ORDERS.map(|order| (*mode, order)))
+        {
+            let query = Query::intersection(a, b, pose).mode(mode).order(order);
+            for query in [query, query.plain(), query.pair_limit(3)] {
+                let calls = calls_of(&query, &mut workspace, |workspace, _| {
+                    let certificate = query.certificate(workspace).unwrap();
+                    black_box((certificate.upper_bound(), certificate.largest_extent()));
+                    black_box(certificate.boxes().count());
+                    black_box(workspace.pairs());
+                });
+                assert_eq!(calls, 0, "{mode:?} {order:?}");
             }
         }
         let query = Query::distance(a, b, pose);
@@ -219,34 +154,24 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
             query.margins([0.1, 0.2]),
             query.closer_than(0.5),
         ] {
-            let mut memory = PairMemory::new();
-            let calls = allocator_calls(|| {
-                use_distance(&query, &mut workspace, None);
-                use_distance(&query, &mut workspace, Some(&mut memory));
-                use_distance(&query, &mut workspace, Some(&mut memory));
+            let calls = calls_of(&query, &mut workspace, |workspace, memory| {
+                black_box(query.predict(memory));
+                let _ = black_box(query.estimate(workspace, memory));
+                black_box(query.certificate(workspace).unwrap().boxes().count());
             });
             assert_eq!(calls, 0, "{query:?}");
         }
         let far = Motion::turning(pose, [3.0, 0.1, 0.2], [0.1, 0.2, 0.3], [0.0; 3]).unwrap();
-        for motion in [
-            far,
-            Motion::straight(far.pose(1.0), [-3.0, 0.0, 0.0]).unwrap(),
-        ] {
-            let mut memory = PairMemory::new();
+        let back = Motion::straight(far.pose(1.0), [-3.0, 0.0, 0.0]).unwrap();
+        for motion in [far, back] {
             let query = Query::impact(a, b, motion);
-            assert_eq!(
-                allocator_calls(|| use_motion(&query, &mut workspace, &mut memory)),
-                0,
-                "{motion:?}"
-            );
+            let calls = calls_of(&query, &mut workspace, |_, _| ());
+            assert_eq!(calls, 0, "{motion:?}");
         }
         workspace.reserve_contacts(64);
         let query = Query::contacts(a, b, pose);
-        for query in [
-            query,
-            query.margin(0.01),
-            query.margin(0.01).contact_limit(3),
-        ] {
+        let near = query.margin(0.01);
+        for query in [query, near, near.contact_limit(3)] {
             let calls = allocator_calls(|| use_contacts(&query, &mut workspace));
             assert_eq!(calls, 0, "{query:?}");
         }
@@ -279,14 +204,12 @@ fn pairs_that_need_the_exact_stage() {
         let b = Tree::new(soup(family, 25, &mut random));
         assert_no_calls(&a, &b, Pose::IDENTITY);
     }
-    let cube = Tree::new(shapes::cuboid(Vec3::ONE, 2));
+    let cube = cube(2);
     assert_no_calls(&cube, &cube, Pose::IDENTITY);
     let query = Query::all_pairs(&cube, &cube, Pose::IDENTITY);
     let outcome = common::check::run(&query, &mut Workspace::new(), Budget::unlimited());
-    assert!(
-        outcome.stats.exact_tests > 0,
-        "the exact stage was not reached"
-    );
+    // The exact stage was not reached.
+    assert!(outcome.stats.exact_tests > 0);
 }
 
 #[test]
@@ -386,7 +309,7 @@ fn points_and_solids() {
 #[test]
 fn empty_meshes() {
     let empty = Tree::new(soup(Family::Uniform, 0, &mut Random::new(0)));
-    let sphere = Tree::new(shapes::icosphere(1));
+    let sphere = ball(1);
     assert_no_calls(&empty, &sphere, Pose::IDENTITY);
 }
 

@@ -308,11 +308,7 @@ fn a_first_hit_that_may_be_cut_comes_sooner_than_depth_first_in_the_geometric_me
         }
     }
     let mean = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
-    assert!(
-        logs.len() > 80 && mean < 0.8,
-        "{mean} of {} poses",
-        logs.len()
-    );
+    assert!(logs.len() > 80 && mean < 0.8, "{mean} {}", logs.len());
 }
 
 #[test]
@@ -322,10 +318,7 @@ fn a_finished_run_that_could_be_cut_takes_little_more_than_depth_first() {
         let mut work = |query: Query<Intersection>| run(&query, &mut workspace, ENOUGH).stats.work;
         let plain = work(case.query().plain());
         let planned = work(case.query());
-        assert!(
-            planned as f64 <= 1.35 * plain as f64,
-            "{planned} after {plain}"
-        );
+        assert!(planned as f64 <= 1.35 * plain as f64, "{planned} {plain}");
     }
 }
 

@@ -67,11 +67,7 @@ where
         let actual = (whole.stats.work - answer.stats.work) as f64;
         covered += usize::from(actual <= 2.0 * left.work.p90);
     }
-    assert!(
-        stops >= 10 && 10 * covered >= 7 * stops,
-        "{covered} of {stops}, {}",
-        std::any::type_name::<Q>()
-    );
+    assert!(stops >= 10 && 10 * covered >= 7 * stops, "{covered}");
 }
 
 #[test]

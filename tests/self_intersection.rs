@@ -103,16 +103,8 @@ fn two_triangles_meet_beyond_what_they_share_as_whole_numbers_say() {
         counts[shared][usize::from(expected)] += 1;
         for k in 0..3 {
             let turned = [a[k], a[(k + 2) % 3], a[(k + 1) % 3]];
-            assert_eq!(
-                triangles_intersect_beyond_shared(&turned, &b),
-                expected,
-                "{a:?} {b:?}"
-            );
-            assert_eq!(
-                triangles_intersect_beyond_shared(&b, &turned),
-                expected,
-                "{a:?} {b:?}"
-            );
+            assert_eq!(triangles_intersect_beyond_shared(&turned, &b), expected);
+            assert_eq!(triangles_intersect_beyond_shared(&b, &turned), expected);
         }
     }
     assert!(

@@ -226,10 +226,8 @@ fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
         run_with_memory(&query, &mut workspace, &mut read, ENOUGH),
     );
     assert_eq!((warm, &read), (used, &memory));
-    assert!(
-        warm.stats.work < first.stats.work,
-        "a witness of the last frame saves work"
-    );
+    // A witness of the last frame saves work.
+    assert!(warm.stats.work < first.stats.work);
     // Handed to a smaller pair: what does not exist there is forgotten.
     let (small, apart) = (
         Tree::new(shapes::icosphere(0)),

@@ -45,10 +45,7 @@ fn volume(mesh: &Mesh) -> f64 {
 }
 
 fn assert_close(found: f64, exact: f64, relative: f64) {
-    assert!(
-        (found / exact - 1.0).abs() < relative,
-        "{found} is not {exact}"
-    );
+    assert!((found / exact - 1.0).abs() < relative, "{found} {exact}");
 }
 
 #[test]

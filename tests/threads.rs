@@ -46,8 +46,5 @@ fn threads_sleep_when_no_frame_comes() {
     }
     assert_eq!(met, 20 * 199);
     // Three workers that poll for 0.2 ms take 12 ms; those that never sleep take all cores for 400 ms.
-    assert!(
-        idle < Duration::from_millis(40),
-        "{idle:?} of CPU time in 400 ms without a frame"
-    );
+    assert!(idle < Duration::from_millis(40), "{idle:?}");
 }

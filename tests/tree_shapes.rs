@@ -101,14 +101,8 @@ fn shapes_are_where_their_formulas_say() {
                 // Inside a thickened core, the depth told may be too small.
                 let is_rough = truth < 0.0 && tree.radius() > 0.0;
                 assert!(found.low <= truth + close, "{name} {found:?} {truth}");
-                assert!(
-                    found.high >= truth - band - close,
-                    "{name} {found:?} {truth}"
-                );
-                assert!(
-                    is_rough || found.high <= truth + close,
-                    "{name} {found:?} {truth}"
-                );
+                assert!(found.high >= truth - band - close, "{name}");
+                assert!(is_rough || found.high <= truth + close, "{name}");
                 *(if truth < 0.0 {
                     &mut inside
                 } else {

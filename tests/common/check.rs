@@ -1,46 +1,13 @@
 //! What must be true of every outcome, wherever the query stopped.
 
-use punctual::clock::ManualClock;
 use punctual::intersection::Intersection;
-use punctual::{
-    Answer, Budget, Certificate, Mode, PairMemory, Query, StopReason, Verdict, Workspace,
-};
+use punctual::{Answer, Budget, Certificate, Mode, Query, StopReason, Verdict, Workspace};
 
-/// A budget that no query uses up. Unlike with [`Budget::unlimited`] the query cannot know that, so it goes about its
-/// visits as with any other budget, and a run that was stopped ends in the same bits.
-pub const ENOUGH: Budget = Budget::work(u64::MAX);
-
-/// One run without the system clock: it needs no feature.
-pub fn run(
-    query: &Query<Intersection>,
-    workspace: &mut Workspace,
-    budget: Budget,
-) -> Answer<Verdict> {
-    query.run(workspace, budget.clock(&ManualClock::new()))
-}
-
-/// One run with a memory, without the system clock.
-pub fn run_with_memory(
-    query: &Query<Intersection>,
-    workspace: &mut Workspace,
-    memory: &mut PairMemory,
-    budget: Budget,
-) -> Answer<Verdict> {
-    query
-        .with_memory(memory)
-        .run(workspace, budget.clock(&ManualClock::new()))
-}
-
-/// One resumption without the system clock.
-pub fn resume(
-    query: &Query<Intersection>,
-    workspace: &mut Workspace,
-    budget: Budget,
-) -> Answer<Verdict> {
-    query
-        .resume(workspace, budget.clock(&ManualClock::new()))
-        .expect("the workspace holds a stopped run")
-}
+#[allow(
+    unused_imports,
+    reason = "each test file is a crate of its own and uses a part"
+)]
+pub use super::ask::{ENOUGH, resume, run, run_with_memory};
 
 /// Runs to the end, emptying the pair buffer as often as it fills: the last outcome and all pairs.
 pub fn run_to_end(
@@ -75,15 +42,10 @@ pub fn assert_sound(outcome: &Answer<Verdict>, pairs: &[[u32; 2]], truth: &[[u32
         panic!("{false_pair:?} do not intersect");
     }
     let ascending = sorted(pairs);
-    assert!(
-        ascending.windows(2).all(|two| two[0] != two[1]),
-        "a pair was reported twice"
-    );
-    assert_eq!(
-        outcome.stats.found,
-        pairs.len() as u64,
-        "count of found pairs"
-    );
+    // A pair was reported twice.
+    assert!(ascending.windows(2).all(|two| two[0] != two[1]));
+    // Count of found pairs.
+    assert_eq!(outcome.stats.found, pairs.len() as u64);
     match outcome.value {
         Verdict::Intersecting { witness } => assert!(known(&witness), "false witness {witness:?}"),
         Verdict::Within { .. } => panic!("a query without margins"),
@@ -130,11 +92,7 @@ pub fn assert_certificate(certificate: &Certificate, outcome: &Answer<Verdict>, 
         .boxes()
         .map(|open| open.extents().max_element())
         .fold(0.0, f64::max);
-    assert!(
-        largest <= certificate.largest_extent(),
-        "a box of {largest}, said {}",
-        certificate.largest_extent()
-    );
+    assert!(largest <= certificate.largest_extent(), "{largest}");
     if outcome.stop == StopReason::Finished {
         assert_eq!(bound, outcome.stats.found, "finished, so nothing is open");
         assert_eq!(certificate.open_pairs(), 0);

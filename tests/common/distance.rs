@@ -2,17 +2,18 @@
 //! `reference.rs` beside it.
 #![allow(
     dead_code,
+    unused_imports,
     reason = "each test file is a crate of its own and uses a part"
 )]
 
 use std::cmp::Ordering;
 use std::collections::HashMap;
 
-use punctual::clock::ManualClock;
 use punctual::distance::{Bounds, Distance, Nearest};
 use punctual::glam::DVec3;
-use punctual::{Aabb, Answer, Budget, PairMemory, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{Aabb, Answer, Budget, Pose, Query, StopReason, Tree};
 
+pub use super::common::ask::{answer, resume, run, run_with_memory};
 use super::exact_distance;
 use super::reference::posed_triangles;
 
@@ -60,34 +61,6 @@ impl Question {
         self.closer_than
             .map_or(query, |limit| query.closer_than(limit))
     }
-}
-
-/// One run without the system clock: it needs no feature.
-pub fn run(query: &Query<Distance>, workspace: &mut Workspace, budget: Budget) -> Answer<Bounds> {
-    query.run(workspace, budget.clock(&ManualClock::new()))
-}
-
-/// One run with a memory, without the system clock.
-pub fn run_with_memory(
-    query: &Query<Distance>,
-    workspace: &mut Workspace,
-    memory: &mut PairMemory,
-    budget: Budget,
-) -> Answer<Bounds> {
-    query
-        .with_memory(memory)
-        .run(workspace, budget.clock(&ManualClock::new()))
-}
-
-/// One resumption without the system clock.
-pub fn resume(
-    query: &Query<Distance>,
-    workspace: &mut Workspace,
-    budget: Budget,
-) -> Answer<Bounds> {
-    query
-        .resume(workspace, budget.clock(&ManualClock::new()))
-        .expect("the workspace holds a stopped run")
 }
 
 /// All that is true of the distance of two meshes at a pose.
@@ -179,11 +152,7 @@ impl Truth {
         assert!(said.value.low <= said.value.high, "{said:?}");
         if let Some(closer) = said.value.closer {
             let limit = asked.closer_than.expect("told only if asked");
-            assert_eq!(
-                order(limit) != Ordering::Less,
-                closer,
-                "{asked:?} {said:?}, is {distance:e}"
-            );
+            assert_eq!(order(limit) != Ordering::Less, closer, "{asked:?}");
         }
         match said.value.nearest {
             Some(nearest) => self.assert_nearest(asked, said.value.high, nearest),
@@ -211,28 +180,16 @@ impl Truth {
             .entry(triangles)
             .or_insert_with(|| exact_distance::Distance::of(a, b));
         let [m, n] = asked.margins;
-        assert_ne!(
-            exact.order_of_sum(&[high, m, n]),
-            Ordering::Less,
-            "{triangles:?} are not {high:e} apart"
-        );
+        assert_ne!(exact.order_of_sum(&[high, m, n]), Ordering::Less);
         assert!(points.iter().all(|point| point.is_finite()), "{points:?}");
         let rounding = self.size * 1e-13 + (self.reach + m + n) * 2e-15 + f64::MIN_POSITIVE;
         for ((point, triangle), margin) in points.iter().zip([a, b]).zip(asked.margins) {
             let off = exact_distance::Distance::of(&[*point; 3], triangle);
-            assert_ne!(
-                off.order_of_sum(&[margin, rounding]),
-                Ordering::Less,
-                "{point} is not on {triangle:?}"
-            );
+            assert_ne!(off.order_of_sum(&[margin, rounding]), Ordering::Less);
         }
         if high > 0.0 {
             let apart = exact_distance::Distance::of(&[points[0]; 3], &[points[1]; 3]);
-            assert_ne!(
-                apart.order_of_sum(&[high, rounding]),
-                Ordering::Less,
-                "{points:?} are not {high:e} apart"
-            );
+            assert_ne!(apart.order_of_sum(&[high, rounding]), Ordering::Less);
         }
     }
 
@@ -245,25 +202,15 @@ impl Truth {
         let (distance, rounding) = (self.distance(), self.rounding() + 1e-15 * margin);
         if let Some(limit) = asked.closer_than {
             let close_call = (distance - (limit + margin)).abs() <= rounding;
-            assert!(
-                said.value.closer.is_some() || close_call,
-                "undecided: {asked:?} {said:?}, is {distance:e}"
-            );
+            assert!(said.value.closer.is_some() || close_call, "{asked:?}");
             return;
         }
         let absolute = asked.absolute.unwrap_or(self.tolerance);
         let is_told = said.value.high == 0.0 || asked.contact_open && said.value.high <= absolute;
         assert!(!self.meet() || is_told, "they meet: {asked:?} {said:?}");
-        assert!(
-            distance > margin - rounding || is_told,
-            "they overlap: {asked:?} {said:?}, {distance:e}"
-        );
+        assert!(distance > margin - rounding || is_told, "{asked:?}");
         let tolerance = absolute.max(said.value.low * asked.relative) + rounding;
-        assert!(
-            said.value.high - said.value.low <= tolerance,
-            "{asked:?} {said:?}, is {distance:e} of {:e}",
-            self.size
-        );
+        assert!(said.value.high - said.value.low <= tolerance, "{asked:?}");
     }
 
     /// Questions of every kind about these meshes.

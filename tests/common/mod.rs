@@ -5,8 +5,10 @@
     reason = "each test file is a crate of its own and uses a part"
 )]
 
+pub mod ask;
 pub mod check;
 pub mod files;
+pub mod meshes;
 pub mod random;
 pub mod reference;
 pub mod steps;

@@ -3,11 +3,11 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-use punctual::clock::ManualClock;
-use punctual::contacts::{Contact, ContactBounds, Contacts};
+use punctual::contacts::{Contact, ContactBounds};
 use punctual::glam::DVec3;
-use punctual::{Aabb, Answer, Budget, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{Aabb, Answer, Budget, Pose, StopReason, Tree, Workspace};
 
+pub use crate::common::ask::{answer, resume, run};
 use crate::distance::least_gap;
 use crate::exact_distance::Distance;
 use crate::reference::posed_triangles;
@@ -17,24 +17,10 @@ type Triangle = [DVec3; 3];
 /// More than any query of these tests needs: one that does not end fails.
 pub const ENOUGH: Budget = Budget::work(1_000_000_000);
 
-/// One run without the system clock: it needs no feature.
-pub fn run(
-    query: &Query<Contacts>,
-    workspace: &mut Workspace,
-    budget: Budget,
-) -> Answer<ContactBounds> {
-    query.run(workspace, budget.clock(&ManualClock::new()))
-}
-
-/// One resumption without the system clock.
-pub fn resume(
-    query: &Query<Contacts>,
-    workspace: &mut Workspace,
-    budget: Budget,
-) -> Answer<ContactBounds> {
-    query
-        .resume(workspace, budget.clock(&ManualClock::new()))
-        .expect("the workspace holds a stopped run")
+/// Nearest first, then by triangles.
+pub fn order(x: &Contact, y: &Contact) -> Ordering {
+    let by_distance = x.distance.total_cmp(&y.distance);
+    by_distance.then(x.triangles.cmp(&y.triangles))
 }
 
 /// What the workspace holds, in its order.
@@ -113,11 +99,7 @@ impl Truth {
         for i in 0..self.gaps.len() {
             let (gap, pair) = self.gaps[i];
             if gap <= margin && !found.contains(&pair) {
-                assert_ne!(
-                    self.is_within(pair, margin),
-                    Some(true),
-                    "{pair:?} is missing from those within {margin:e}"
-                );
+                assert_ne!(self.is_within(pair, margin), Some(true), "{pair:?}");
             }
         }
     }
@@ -125,11 +107,6 @@ impl Truth {
     /// Each contact is one, the nearest is the first, and none is there twice.
     #[track_caller]
     pub fn assert_true(&mut self, margin: f64, set: &[Contact]) {
-        let order = |x: &Contact, y: &Contact| {
-            x.distance
-                .total_cmp(&y.distance)
-                .then(x.triangles.cmp(&y.triangles))
-        };
         assert!(
             set.windows(2)
                 .all(|two| order(&two[0], &two[1]) == Ordering::Less),
@@ -151,19 +128,11 @@ impl Truth {
             segment,
             ..
         } = *contact;
-        assert_ne!(
-            self.is_within(triangles, margin),
-            Some(false),
-            "{contact:?} is not within {margin:e}"
-        );
+        assert_ne!(self.is_within(triangles, margin), Some(false));
         let (rounding, point_rounding) = (self.rounding, self.point_rounding);
         let exact = self.distance(triangles);
         assert_eq!(exact.is_zero(), distance == 0.0, "{contact:?}");
-        assert_ne!(
-            exact.order_of(distance),
-            Ordering::Less,
-            "{contact:?} is not that close"
-        );
+        assert_ne!(exact.order_of(distance), Ordering::Less, "{contact:?}");
         assert_ne!(
             exact.order_of((distance - rounding).max(0.0)),
             Ordering::Greater,
@@ -172,11 +141,7 @@ impl Truth {
         let (a, b) = (self.a[triangles[0] as usize], self.b[triangles[1] as usize]);
         let on = |point: DVec3, triangle: &Triangle| {
             let off = Distance::of(&[point; 3], triangle);
-            assert_ne!(
-                off.order_of(point_rounding),
-                Ordering::Less,
-                "{point} is not on {triangle:?}"
-            );
+            assert_ne!(off.order_of(point_rounding), Ordering::Less, "{point}");
         };
         points
             .into_iter()
@@ -206,10 +171,7 @@ impl Truth {
             } else {
                 2.0 * rounding
             };
-            assert!(
-                of_a - of_b >= distance - off,
-                "{contact:?} does not part {a:?} and {b:?}"
-            );
+            assert!(of_a - of_b >= distance - off, "{contact:?} {a:?} {b:?}");
         }
     }
 
@@ -225,15 +187,8 @@ impl Truth {
             && low > 0.0
         {
             let order = self.distance(nearest.triangles).order_of(low);
-            assert_ne!(
-                order,
-                Ordering::Greater,
-                "{nearest:?} is closer than {low:e}"
-            );
-            assert!(
-                missing.all(|contact| low <= contact.distance),
-                "not all are beyond {low:e}"
-            );
+            assert_ne!(order, Ordering::Greater, "{nearest:?} {low:e}");
+            assert!(missing.all(|contact| low <= contact.distance), "{low:e}");
         }
     }
 

@@ -4,10 +4,12 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use punctual::{Budget, PairMemory, Pose, StopReason, Tree, Workspace};
+use punctual::distance::Bounds;
+use punctual::{Answer, PairMemory, Pose, StopReason, Tree, Workspace};
 
+use crate::common::ask::{answer, run_in_pieces};
 use crate::common::files::{self, Soup};
-use crate::distance::{ENOUGH, Question, resume, run, run_with_memory};
+use crate::distance::{ENOUGH, Question, run_with_memory};
 
 /// Without the variable every so many poses are asked: prime to the offsets of an approach, so all of them are.
 const STRIDE: usize = 13;
@@ -21,83 +23,54 @@ fn distances(path: &Path) -> Vec<f64> {
         fields[1].parse().expect("a distance")
     };
     let mut lines = text.lines();
-    assert!(
-        lines
-            .next()
-            .expect("a header")
-            .starts_with("pose,distance,")
-    );
+    let header = lines.next().expect("a header");
+    assert!(header.starts_with("pose,distance,"));
     lines.enumerate().map(row).collect()
 }
 
 /// Bounds of a distance that is known up to its rounding.
 #[track_caller]
-fn assert_near(said: &punctual::Answer<punctual::distance::Bounds>, distance: f64, rounding: f64) {
-    assert!(
-        said.value.low <= distance + rounding && distance <= said.value.high + rounding,
-        "{said:?}, is {distance:e}"
-    );
-    assert!(
-        said.value.high > 0.0 || distance == 0.0,
-        "{said:?}, is {distance:e}"
-    );
-    assert!(
-        said.value.low == 0.0 || distance > 0.0,
-        "{said:?}, is {distance:e}"
-    );
+fn assert_near(said: &Answer<Bounds>, distance: f64, rounding: f64) {
+    let Bounds { low, high, .. } = said.value;
+    assert!(low <= distance + rounding, "{said:?}, is {distance:e}");
+    assert!(distance <= high + rounding, "{said:?}, is {distance:e}");
+    assert!(high > 0.0 || distance == 0.0, "{said:?}");
+    assert!(low == 0.0 || distance > 0.0, "{said:?}");
 }
 
-fn assert_pose(
-    a: &Tree,
-    b: &Tree,
-    pose: Pose,
-    distance: f64,
-    memory: &mut PairMemory,
-    workspace: &mut Workspace,
-) {
-    let size = a.mesh().aabb().extents().max_element()
-        + b.mesh().aabb().extents().max_element()
-        + distance;
+fn assert_pose(a: &Tree, b: &Tree, pose: Pose, distance: f64, memory: &mut PairMemory) {
+    let mut workspace = Workspace::new();
+    let [of_a, of_b] = [a, b].map(|tree| tree.mesh().aabb().extents().max_element());
+    let size = of_a + of_b + distance;
     let rounding = 1e-13 * size;
-    for asked in [
-        Question::default(),
-        Question {
-            relative: 1e-2,
+    for relative in [0.0, 1e-2] {
+        let asked = Question {
+            relative,
             ..Question::default()
-        },
-    ] {
-        let query = asked.query(a, b, pose);
-        let mut said = run(&query, workspace, Budget::work(2_000));
-        while said.stop == StopReason::WorkLimit {
+        };
+        let (query, mut budget) = (asked.query(a, b, pose), 1_000);
+        let mut pieces = || {
+            budget *= 2;
+            budget
+        };
+        let cut = run_in_pieces(&query, &mut workspace, &mut pieces, |said, _| {
+            assert_near(said, distance, rounding);
+        });
+        let with_memory = run_with_memory(&query, &mut workspace, memory, ENOUGH);
+        for said in [cut, with_memory] {
             assert_near(&said, distance, rounding);
-            said = resume(&query, workspace, Budget::work(2 * said.stats.work));
-        }
-        let with_memory = run_with_memory(&query, workspace, memory, ENOUGH);
-        for said in [said, with_memory] {
-            assert_near(&said, distance, rounding);
-            assert_eq!(
-                (said.stop, said.value.high == 0.0),
-                (StopReason::Finished, distance == 0.0),
-                "{said:?}"
-            );
-            let tolerance = (asked.relative * said.value.low).max(1e-6 * size) + rounding;
-            assert!(
-                said.value.high - said.value.low <= tolerance,
-                "{said:?}, is {distance:e}"
-            );
+            let Bounds { low, high, .. } = said.value;
+            assert_eq!(said.stop, StopReason::Finished);
+            assert_eq!(high == 0.0, distance == 0.0, "{said:?}");
+            let tolerance = (relative * low).max(1e-6 * size) + rounding;
+            assert!(high - low <= tolerance, "{said:?}");
         }
     }
     for share in [0.5, 0.9, 1.1] {
-        let said = run(
-            &Question::closer_than(share * distance).query(a, b, pose),
-            workspace,
-            ENOUGH,
-        );
+        let said = answer(&Question::closer_than(share * distance).query(a, b, pose));
         assert_near(&said, distance, rounding);
-        assert!(
-            said.value.closer == Some(share > 1.0 || distance == 0.0) || distance < 20.0 * rounding,
-            "{share} {said:?}"
-        );
+        let is_right = said.value.closer == Some(share > 1.0 || distance == 0.0);
+        assert!(is_right || distance < 20.0 * rounding, "{share} {said:?}");
     }
 }
 
@@ -116,9 +89,9 @@ fn assert_case(folder: &Path, stride: usize) {
     let poses = files::poses(&folder.join("poses.txt"));
     let truths = distances(&folder.join("truth_distance.csv"));
     assert_eq!(poses.len(), truths.len());
-    let (mut memory, mut workspace) = (PairMemory::new(), Workspace::new());
+    let mut memory = PairMemory::new();
     for (pose, distance) in poses.into_iter().zip(truths).step_by(stride) {
-        assert_pose(a, b, pose.unwrap(), distance, &mut memory, &mut workspace);
+        assert_pose(a, b, pose.unwrap(), distance, &mut memory);
     }
 }
 

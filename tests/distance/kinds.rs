@@ -11,15 +11,15 @@ use std::cell::OnceCell;
 use std::cmp::Ordering;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-use punctual::clock::ManualClock;
 use punctual::distance::Bounds;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Answer, Mesh, Motion, Pose, Query, StopReason, Tree, Workspace};
 
 use crate::bracket::{Bracket, bracket};
+use crate::common::meshes;
 use crate::common::random::{Drift, Random, pose_about};
-use crate::distance::{ENOUGH, run};
-use crate::exact_distance;
+use crate::distance::{ENOUGH, answer, run};
+use crate::exact_distance::Distance;
 
 type Triangle = [DVec3; 3];
 
@@ -104,218 +104,141 @@ impl Kind {
 
     fn pair(self, random: &mut Random) -> Given {
         let [a, b]: [Triangle; 2] = from_fn(|_| corners(random));
+        let still = DMat3::IDENTITY;
         match self {
-            Self::FatSingle => near(single(a), single(b), [true; 2], turn(random), random),
-            Self::FatDouble => near(a, b, [false; 2], turn(random), random),
+            Self::FatSingle => {
+                let [a, b] = [a, b].map(|t| t.map(|corner| corner.as_vec3().as_dvec3()));
+                let given = near(a, b, turn(random), random);
+                given.single([true; 2])
+            }
+            Self::FatDouble => near(a, b, turn(random), random),
             Self::Slivers => {
-                let [x, y] = from_fn(|_| width(random));
-                near(
-                    sliver(a, x, random),
-                    sliver(b, y, random),
-                    [false; 2],
-                    turn(random),
-                    random,
-                )
+                let [a, b] = [a, b].map(|t| sliver(t, width(random), random));
+                near(a, b, turn(random), random)
             }
             Self::ParallelSlivers => {
-                let x = sliver(a, width(random), random);
+                let a = sliver(a, width(random), random);
                 let way = random.vector();
-                let y = x.map(|corner| corner + way + width(random) * random.vector());
-                near(x, y, [false; 2], DMat3::IDENTITY, random)
+                let b = a.map(|corner| corner + way + width(random) * random.vector());
+                near(a, b, still, random)
             }
-            Self::SliverAndFat => near(
-                a,
-                sliver(b, width(random), random),
-                [false; 2],
-                turn(random),
-                random,
-            ),
+            Self::SliverAndFat => {
+                let b = sliver(b, width(random), random);
+                near(a, b, turn(random), random)
+            }
             Self::Needles => {
                 let needle = |t: Triangle, random: &mut Random| {
                     let mut t = [t[0], t[1], t[1] + width(random) * random.vector()];
                     t.rotate_left(random.below(3));
                     t
                 };
-                let other = if random.below(2) == 0 {
-                    b
-                } else {
-                    needle(b, random)
-                };
-                near(needle(a, random), other, [false; 2], turn(random), random)
+                let b = either(random, |_| b, |random| needle(b, random));
+                near(needle(a, random), b, turn(random), random)
             }
             Self::CollinearTurned => {
-                let [x, y] = from_fn(|_| collinear(random));
-                let (a, is_single) = if random.below(2) == 0 {
-                    (a, false)
-                } else {
-                    (x, true)
-                };
-                near(a, y, [is_single, true], turn(random), random)
+                let [x, b] = from_fn(|_| collinear(random));
+                let (a, is_single) = either(random, |_| (a, false), |_| (x, true));
+                let given = near(a, b, turn(random), random);
+                given.single([is_single, true])
             }
             Self::Collinear => {
                 let flat = |t: Triangle, random: &mut Random| {
                     [t[0], t[1], t[0].lerp(t[1], 1.5 * random.signed())]
                 };
-                let a = if random.below(2) == 0 {
-                    a
-                } else {
-                    flat(a, random)
-                };
-                near(a, flat(b, random), [false; 2], turn(random), random)
+                let a = either(random, |_| a, |random| flat(a, random));
+                near(a, flat(b, random), turn(random), random)
             }
             Self::Points => {
-                let flat = |t: Triangle, random: &mut Random| match random.below(4) {
+                let [a, b] = [a, b].map(|t| match random.below(4) {
                     0 => [t[0]; 3],
                     1 => [t[0], t[0], t[1]],
                     2 => [t[0], t[1], t[0]],
                     _ => t,
-                };
-                near(
-                    flat(a, random),
-                    flat(b, random),
-                    [false; 2],
-                    turn(random),
-                    random,
-                )
+                });
+                near(a, b, turn(random), random)
             }
             Self::CornerNear => {
                 let mut b = b;
-                let corner = random.below(3);
-                b[corner] = point_of(&a, random) + offset(random);
-                placed(a, b, DMat3::IDENTITY, random)
+                b[random.below(3)] = point_of(&a, random) + offset(random);
+                placed(a, b, random)
             }
             Self::Crossing => {
                 let way = point_of(&a, random) - point_of(&b, random) + offset(random);
-                placed(a, b.map(|corner| corner + way), DMat3::IDENTITY, random)
+                placed(a, b.map(|corner| corner + way), random)
             }
             Self::Coplanar => {
-                let flat = |t: Triangle| t.map(|corner| DVec3::new(corner.x, corner.y, 0.0));
-                let (a, b) = (flat(a), flat(b));
-                if random.below(2) == 0 {
-                    near(
-                        a,
-                        b,
-                        [false; 2],
-                        DMat3::from_rotation_z(random.signed()),
-                        random,
-                    )
-                } else {
-                    let rotation = random.rotation();
-                    near(
-                        a.map(|v| rotation * v),
-                        b.map(|v| rotation * v),
-                        [false; 2],
-                        DMat3::IDENTITY,
-                        random,
-                    )
-                }
+                let [a, b] = [a, b].map(flat);
+                let turn = DMat3::from_rotation_z(random.signed());
+                let rotation = random.rotation();
+                let [x, y] = [a, b].map(|t| t.map(|v| rotation * v));
+                let turned = |random: &mut Random| near(a, b, turn, random);
+                either(random, turned, |random| near(x, y, still, random))
             }
             Self::Parallel => {
                 let rotation = random.rotation();
-                let b = [a[0], a[1], if random.below(2) == 0 { a[2] } else { b[2] }];
+                let b = flat([a[0], a[1], either(random, |_| a[2], |_| b[2])]);
                 let along = DVec3::new(random.signed(), random.signed(), 0.0);
-                let b = b.map(|corner| DVec3::new(corner.x, corner.y, 0.0) + along);
-                let a = a.map(|corner| DVec3::new(corner.x, corner.y, 0.0));
-                let up = DVec3::Z * gap(random);
-                placed(
-                    a.map(|v| rotation * v),
-                    b.map(|v| rotation * (v + up)),
-                    DMat3::IDENTITY,
-                    random,
-                )
+                let way = along + DVec3::Z * gap(random);
+                let a = flat(a).map(|v| rotation * v);
+                placed(a, b.map(|v| rotation * (v + way)), random)
             }
             Self::Shared => {
-                let mut b = b;
-                (b[0], b[1]) = (a[1], if random.below(2) == 0 { a[0] } else { b[1] });
-                let nudge = if random.below(2) == 0 {
-                    DVec3::ZERO
-                } else {
-                    offset(random)
-                };
-                placed(a, b.map(|corner| corner + nudge), DMat3::IDENTITY, random)
+                let b = [a[1], either(random, |_| a[0], |_| b[1]), b[2]];
+                let nudge = either(random, |_| DVec3::ZERO, offset);
+                placed(a, b.map(|corner| corner + nudge), random)
             }
             Self::Whole => {
-                let whole = |t: Triangle| t.map(|corner| (2.0 * corner).round());
-                let rotation = if random.below(2) == 0 {
-                    DMat3::IDENTITY
-                } else {
-                    random.rotation()
-                };
-                Given {
-                    a: whole(a),
-                    b: whole(b),
-                    is_single: [true; 2],
-                    pose: Pose::new(rotation, whole(a)[0]).unwrap(),
-                }
+                let [a, b] = [a, b].map(|t| t.map(|corner| (2.0 * corner).round()));
+                let rotation = either(random, |_| still, Random::rotation);
+                let pose = Pose::new(rotation, a[0]).unwrap();
+                Given::new(a, b, pose).single([true; 2])
             }
             Self::Denormal => {
                 let scale = 10_f64.powf(-300.0 - 23.5 * random.unit());
-                near(a, b, [false; 2], DMat3::IDENTITY, random).scaled(scale)
+                near(a, b, still, random).scaled(scale)
             }
             Self::Huge => {
                 let scale = f64::exp2(990.0 * random.unit());
-                let [x, y] = from_fn(|_| {
-                    if random.below(2) == 0 {
-                        1.0
-                    } else {
-                        width(random)
-                    }
-                });
-                near(
-                    sliver(a, x, random),
-                    sliver(b, y, random),
-                    [false; 2],
-                    DMat3::IDENTITY,
-                    random,
-                )
-                .scaled(scale)
+                let [a, b] = [a, b].map(|t| sliver(t, either(random, |_| 1.0, width), random));
+                near(a, b, still, random).scaled(scale)
             }
             Self::Far => {
                 let far = random.vector() * 10_f64.powf(3.0 + 9.0 * random.unit());
-                let [x, y] = from_fn(|_| {
-                    if random.below(2) == 0 {
-                        1.0
-                    } else {
-                        width(random)
-                    }
-                });
-                near(
-                    sliver(a, x, random),
-                    sliver(b, y, random),
-                    [false; 2],
-                    turn(random),
-                    random,
-                )
-                .moved(far)
+                let [a, b] = [a, b].map(|t| sliver(t, either(random, |_| 1.0, width), random));
+                near(a, b, turn(random), random).moved(far)
             }
             Self::Unequal => {
                 let factor = width(random);
-                near(
-                    a,
-                    b.map(|corner| corner * factor),
-                    [false; 2],
-                    turn(random),
-                    random,
-                )
+                near(a, b.map(|corner| corner * factor), turn(random), random)
             }
             Self::Mixed => {
-                let number = |random: &mut Random| {
-                    random.signed() * f64::exp2(-40.0 * random.unit() * random.unit() * 20.0)
-                };
-                let [a, b] =
-                    from_fn(|_| from_fn(|_| DVec3::from_array(from_fn(|_| number(random)))));
-                placed(a, b, DMat3::IDENTITY, random)
+                let mut number =
+                    || random.signed() * f64::exp2(-800.0 * random.unit() * random.unit());
+                let [a, b] = from_fn(|_| from_fn(|_| DVec3::from_array(from_fn(|_| number()))));
+                placed(a, b, random)
             }
         }
     }
 }
 
-fn corners(random: &mut Random) -> Triangle {
-    from_fn(|_| random.vector())
+/// One of two, by the toss of a coin.
+fn either<T>(
+    random: &mut Random,
+    one: impl FnOnce(&mut Random) -> T,
+    other: impl FnOnce(&mut Random) -> T,
+) -> T {
+    match random.below(2) {
+        0 => one(random),
+        _ => other(random),
+    }
 }
 
-fn single(t: Triangle) -> Triangle {
-    t.map(|corner| corner.as_vec3().as_dvec3())
+fn flat(t: Triangle) -> Triangle {
+    t.map(|corner| DVec3::new(corner.x, corner.y, 0.0))
+}
+
+fn corners(random: &mut Random) -> Triangle {
+    from_fn(|_| random.vector())
 }
 
 fn turn(random: &mut Random) -> DMat3 {
@@ -383,96 +306,98 @@ fn point_of(t: &Triangle, random: &mut Random) -> DVec3 {
 }
 
 /// B's triangle comes with a point near one of A's, or anywhere.
-fn near(
-    a: Triangle,
-    b: Triangle,
-    is_single: [bool; 2],
-    rotation: DMat3,
-    random: &mut Random,
-) -> Given {
+fn near(a: Triangle, b: Triangle, rotation: DMat3, random: &mut Random) -> Given {
+    let mut together = || point_of(&a, random) - rotation * point_of(&b, random);
+    let together = together();
     let way = match random.below(4) {
         0 => 2.0 * random.vector(),
-        1 => point_of(&a, random) - rotation * point_of(&b, random) + 0.3 * random.vector(),
-        _ => point_of(&a, random) - rotation * point_of(&b, random) + offset(random),
+        1 => together + 0.3 * random.vector(),
+        _ => together + offset(random),
     };
-    Given {
-        a,
-        b,
-        is_single,
-        pose: Pose::new(rotation, way).unwrap(),
-    }
+    Given::new(a, b, Pose::new(rotation, way).unwrap())
 }
 
 /// B's triangle is where it is, or turned there and back.
-fn placed(a: Triangle, b: Triangle, rotation: DMat3, random: &mut Random) -> Given {
+fn placed(a: Triangle, b: Triangle, random: &mut Random) -> Given {
     if random.below(2) == 0 {
-        return Given {
-            a,
-            b,
-            is_single: [false; 2],
-            pose: Pose::new(rotation, DVec3::ZERO).unwrap(),
-        };
+        return Given::new(a, b, Pose::IDENTITY);
     }
     let pose = pose_about(DVec3::ZERO, 1.0, Drift::None, random);
     let back = pose.inverse().unwrap();
-    Given {
-        a,
-        b: b.map(|corner| back.transform_point(corner)),
-        is_single: [false; 2],
-        pose,
-    }
+    Given::new(a, b.map(|corner| back.transform_point(corner)), pose)
 }
 
 impl Given {
-    fn scaled(self, factor: f64) -> Self {
-        let pose = Pose::new(*self.pose.rotation(), self.pose.translation() * factor).unwrap();
+    fn new(a: Triangle, b: Triangle, pose: Pose) -> Self {
         Self {
-            a: self.a.map(|v| v * factor),
-            b: self.b.map(|v| v * factor),
+            a,
+            b,
+            is_single: [false; 2],
             pose,
-            ..self
         }
     }
 
-    fn moved(self, far: DVec3) -> Self {
-        let pose = Pose::new(*self.pose.rotation(), self.pose.translation() + far).unwrap();
-        Self {
-            a: self.a.map(|v| v + far),
-            pose,
-            ..self
-        }
+    fn single(self, is_single: [bool; 2]) -> Self {
+        Self { is_single, ..self }
     }
 
+    fn scaled(mut self, factor: f64) -> Self {
+        let way = self.pose.translation() * factor;
+        self.pose = Pose::new(*self.pose.rotation(), way).unwrap();
+        self.a = self.a.map(|v| v * factor);
+        self.b = self.b.map(|v| v * factor);
+        self
+    }
+
+    fn moved(mut self, far: DVec3) -> Self {
+        let way = self.pose.translation() + far;
+        self.pose = Pose::new(*self.pose.rotation(), way).unwrap();
+        self.a = self.a.map(|v| v + far);
+        self
+    }
+
+    /// The coordinates of both triangles, the columns of the rotation and the translation.
     fn bits(&self) -> [Vec<u64>; 3] {
-        let of = |vectors: &[DVec3]| {
-            vectors
-                .iter()
-                .flat_map(|v| v.to_array().map(f64::to_bits))
-                .collect()
+        let DMat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = *self.pose.rotation();
+        let pose = [x_axis, y_axis, z_axis, self.pose.translation()];
+        let bits = |v: &DVec3| v.to_array().map(f64::to_bits);
+        [&self.a[..], &self.b, &pose].map(|all| all.iter().flat_map(bits).collect())
+    }
+
+    /// Asked in all ways, and the other way round; what is true of it, and by which share of the bound the ends differ.
+    #[track_caller]
+    fn check(&self, workspace: &mut Workspace, round: u64) -> (Truth, f64) {
+        let truth = Truth::of(
+            self.a,
+            self.b.map(|corner| self.pose.transform_point(corner)),
+        );
+        let trees = [
+            mesh(&self.a, self.is_single[0]),
+            mesh(&self.b, self.is_single[1]),
+        ];
+        let first = truth.check([&trees[0], &trees[1]], self.pose, workspace, round);
+        // The other way round without a pose, whose inverse is rounded.
+        let other = [mesh(&truth.b, false), mesh(&truth.a, self.is_single[0])];
+        let turned = Truth {
+            a: truth.b,
+            b: truth.a,
+            ..truth
         };
-        let rotation = self.pose.rotation();
-        [
-            of(&self.a),
-            of(&self.b),
-            of(&[
-                rotation.x_axis,
-                rotation.y_axis,
-                rotation.z_axis,
-                self.pose.translation(),
-            ]),
-        ]
+        let second = turned.check([&other[0], &other[1]], Pose::IDENTITY, workspace, round);
+        (turned, first.max(second))
     }
 }
 
 fn mesh(t: &Triangle, is_single: bool) -> Tree {
-    let of_one = [[0, 1, 2]];
+    if !is_single {
+        return meshes::one(*t);
+    }
     let single = t.map(|corner| corner.as_vec3());
-    let mesh = if is_single {
-        Mesh::new(single, of_one)
-    } else {
-        Mesh::from_f64(*t, of_one)
-    };
-    Tree::new(mesh.unwrap())
+    Tree::new(Mesh::new(single, [[0, 1, 2]]).unwrap())
 }
 
 /// All that is true of a pair.
@@ -481,7 +406,7 @@ struct Truth {
     b: Triangle,
     /// What is known quickly.
     bracket: Option<Bracket>,
-    exact: OnceCell<exact_distance::Distance>,
+    exact: OnceCell<Distance>,
     /// What finished bounds differ by at most if no tolerance is asked for: see `docs/numerics.md`.
     bound: f64,
     /// How far points are off the triangles at most.
@@ -491,13 +416,11 @@ struct Truth {
 impl Truth {
     fn of(a: Triangle, b: Triangle) -> Self {
         let all = || a.iter().chain(&b);
-        let (low, high) = (
-            all().copied().reduce(DVec3::min).unwrap(),
-            all().copied().reduce(DVec3::max).unwrap(),
-        );
+        let low = all().copied().reduce(DVec3::min).unwrap();
+        let high = all().copied().reduce(DVec3::max).unwrap();
         let largest = all().map(|v| v.abs().max_element()).fold(0.0, f64::max);
-        let diagonal =
-            2.0 * largest * ((high - low) / (2.0 * largest.max(f64::MIN_POSITIVE))).length();
+        let part = (high - low) / (2.0 * largest.max(f64::MIN_POSITIVE));
+        let diagonal = 2.0 * largest * part.length();
         let bound = 3e-14 * diagonal + 2.0 * f64::MIN_POSITIVE;
         let rounding = 3e-15 * diagonal + 3e-16 * largest + 2.0 * f64::MIN_POSITIVE;
         Self {
@@ -510,9 +433,9 @@ impl Truth {
         }
     }
 
-    fn exact(&self) -> &exact_distance::Distance {
-        self.exact
-            .get_or_init(|| exact_distance::Distance::of(&self.a, &self.b))
+    fn exact(&self) -> &Distance {
+        let exact = || Distance::of(&self.a, &self.b);
+        self.exact.get_or_init(exact)
     }
 
     fn meet(&self) -> bool {
@@ -533,175 +456,116 @@ impl Truth {
 
     #[track_caller]
     fn assert_bounds(&self, low: f64, high: f64) {
-        let is_told = |Bracket {
-                           low: least,
-                           high: most,
-                           meet,
-                       }| {
-            if meet {
-                low == 0.0
-            } else {
-                low <= least && most <= high
-            }
+        let is_told = |known: Bracket| match known.meet {
+            true => low == 0.0,
+            false => low <= known.low && known.high <= high,
         };
         if self.bracket.is_some_and(is_told) {
             return;
         }
         let exact = self.exact();
-        assert!(
-            exact.order_of(low) != Ordering::Greater,
-            "{low:e} is not below {:e}",
-            exact.rounded()
-        );
-        assert!(
-            exact.order_of(high) != Ordering::Less,
-            "{high:e} is not above {:e}",
-            exact.rounded()
-        );
+        let is_below = exact.order_of(low) != Ordering::Greater;
+        assert!(is_below, "{low:e} is not below {:e}", exact.rounded());
+        let is_above = exact.order_of(high) != Ordering::Less;
+        assert!(is_above, "{high:e} is not above {:e}", exact.rounded());
     }
 
     /// The points are where they are said to be; those of triangles that meet are one.
     fn assert_points(&self, said: &Answer<Bounds>) {
-        let points = said.value.nearest.unwrap().points;
-        let rounding = if said.value.high == 0.0 {
-            self.largest() * 1e-12 + 2.0 * f64::MIN_POSITIVE
-        } else {
-            self.rounding
+        let [p, q] = said.value.nearest.unwrap().points;
+        let meet = said.value.high == 0.0;
+        let rounding = match meet {
+            true => self.largest() * 1e-12 + 2.0 * f64::MIN_POSITIVE,
+            false => self.rounding,
         };
-        for (point, triangle) in points.iter().zip([&self.a, &self.b]) {
-            let off = exact_distance::Distance::of(&[*point; 3], triangle);
-            assert_ne!(
-                off.order_of(rounding),
-                Ordering::Less,
-                "{:e} > {rounding:e} off",
-                off.rounded()
-            );
+        for (point, triangle) in [(p, &self.a), (q, &self.b)] {
+            let off = Distance::of(&[point; 3], triangle);
+            let is_on = off.order_of(rounding) != Ordering::Less;
+            assert!(is_on, "{:e} > {rounding:e} off", off.rounded());
         }
-        if said.value.high == 0.0 {
-            assert_eq!(points[0], points[1], "they are apart");
-            let off = exact_distance::Distance::of(&[points[0]; 3], &self.b);
-            assert_ne!(
-                off.order_of(rounding),
-                Ordering::Less,
-                "{:e} > {rounding:e} off",
-                off.rounded()
-            );
-        } else {
-            let apart = exact_distance::Distance::of(&[points[0]; 3], &[points[1]; 3]);
-            assert_ne!(
-                apart.order_of_sum(&[said.value.high, 2.0 * self.rounding]),
-                Ordering::Less,
-                "{:e}",
-                apart.rounded()
-            );
-        }
+        assert!(!meet || p == q, "they are apart");
+        let apart = Distance::of(&[p; 3], &[q; 3]);
+        let most = [said.value.high, 2.0 * self.rounding];
+        let is_close = apart.order_of_sum(&most) != Ordering::Less;
+        assert!(is_close, "{:e}", apart.rounded());
     }
 
     fn largest(&self) -> f64 {
-        self.a
-            .iter()
-            .chain(&self.b)
-            .map(|v| v.abs().max_element())
-            .fold(0.0, f64::max)
+        let all = self.a.iter().chain(&self.b);
+        all.map(|v| v.abs().max_element()).fold(0.0, f64::max)
     }
 
     fn check(&self, [a, b]: [&Tree; 2], pose: Pose, workspace: &mut Workspace, round: u64) -> f64 {
         let query = Query::distance(a, b, pose);
         let exact = run(&query.absolute_tolerance(0.0), workspace, ENOUGH);
-        self.assert_bounds(exact.value.low, exact.value.high);
-        assert_eq!(
-            (exact.stop, exact.value.high == 0.0),
-            (StopReason::Finished, self.meet()),
-            "{exact:?}"
-        );
-        assert!(
-            exact.value.high - exact.value.low <= self.bound,
-            "{exact:?} {:e}",
-            self.distance()
-        );
+        let Bounds { low, high, .. } = exact.value;
+        self.assert_bounds(low, high);
+        assert_eq!(exact.stop, StopReason::Finished);
+        assert_eq!(high == 0.0, self.meet(), "{exact:?}");
+        assert!(high - low <= self.bound, "{exact:?} {:e}", self.distance());
         let [p, q] = exact.value.nearest.unwrap().points;
-        assert!(p == q || exact.value.high > 0.0, "{p} {q}");
+        assert!(p == q || high > 0.0, "{p} {q}");
         if round.is_multiple_of(POINTS) {
             self.assert_points(&exact);
         }
-        let said = run(&query, workspace, ENOUGH);
-        self.assert_bounds(said.value.low, said.value.high);
+        let said = run(&query, workspace, ENOUGH).value;
+        self.assert_bounds(said.low, said.high);
         let tolerance = 1e-6 * a.unit_length().max(b.unit_length());
-        assert!(
-            said.value.high - said.value.low
-                <= tolerance.max(1.01e-5 * said.value.low) + self.bound,
-            "{said:?}"
-        );
+        let tolerance = tolerance.max(1.01e-5 * said.low);
+        assert!(said.high - said.low <= tolerance + self.bound, "{said:?}");
 
         let distance = self.distance();
-        let [closer, farther] = [distance - 1.5 * self.bound, distance + 1.5 * self.bound];
-        for (limit, answer) in [
-            (closer, false),
-            (farther, true),
-            (0.7 * distance, false),
-            (1.4 * distance, true),
-        ] {
+        let [closer, farther] = [-1.5, 1.5].map(|times| distance + times * self.bound);
+        let limits = [(closer, false), (farther, true)];
+        for (limit, is_closer) in [(0.7 * distance, false), (1.4 * distance, true)]
+            .into_iter()
+            .chain(limits)
+        {
             let is_told = limit <= closer && distance > 0.0 || limit >= farther;
             if limit >= 0.0 && is_told {
                 let said = run(&query.closer_than(limit), workspace, ENOUGH);
-                assert_eq!(
-                    said.value.closer,
-                    Some(answer),
-                    "{limit:e}: {said:?}, is {distance:e}"
-                );
+                assert_eq!(said.value.closer, Some(is_closer), "{limit:e}: {said:?}");
             }
             if limit > 0.0 && is_told {
-                let found = Query::contacts(a, b, pose)
-                    .margin(limit)
-                    .run(workspace, ENOUGH.clock(&ManualClock::new()));
-                let found = (
-                    found.stop,
-                    workspace
-                        .contacts()
-                        .map(|contact| contact.distance)
-                        .collect::<Vec<_>>(),
-                );
-                assert_eq!(
-                    (found.0, found.1.len()),
-                    (StopReason::Finished, usize::from(answer)),
-                    "{limit:e}: {found:?}"
-                );
-                if let [said] = found.1[..] {
+                let contacts = Query::contacts(a, b, pose).margin(limit);
+                let found = run(&contacts, workspace, ENOUGH);
+                assert_eq!(found.stop, StopReason::Finished);
+                let listed: Vec<f64> = workspace.contacts().map(|one| one.distance).collect();
+                assert_eq!(listed.len(), usize::from(is_closer), "{limit:e}");
+                for said in listed {
                     self.assert_bounds(0.0, said);
-                    assert!(
-                        said <= distance + self.bound && (said == 0.0) == self.meet(),
-                        "{said:e}, is {distance:e}"
-                    );
+                    assert!(said <= distance + self.bound, "{said:e}, is {distance:e}");
+                    assert_eq!(said == 0.0, self.meet());
                 }
             }
         }
-        for [share, rest] in [[0.2, 0.3], [0.0, 1.1]] {
-            let margins = [share * distance + self.bound, rest * distance + self.bound];
-            let said = run(
-                &query.margins(margins).absolute_tolerance(0.0),
-                workspace,
-                ENOUGH,
-            );
+        for shares in [[0.2, 0.3], [0.0, 1.1]] {
+            let margins = shares.map(|share| share * distance + self.bound);
+            let exact = query.margins(margins).absolute_tolerance(0.0);
+            let said = run(&exact, workspace, ENOUGH).value;
             let left = (distance - margins[0] - margins[1]).max(0.0);
-            let [p, q] = said.value.nearest.unwrap().points;
+            let [p, q] = said.nearest.unwrap().points;
             assert!(p == q || !self.meet(), "{margins:?} {p} {q}");
             assert!(
-                said.value.low <= left + self.bound && left <= said.value.high + self.bound,
+                said.low <= left + self.bound,
                 "{margins:?} {said:?} {left:e}"
             );
             assert!(
-                said.value.high - said.value.low <= 2.0 * self.bound,
+                left <= said.high + self.bound,
                 "{margins:?} {said:?} {left:e}"
             );
+            assert!(
+                said.high - said.low <= 2.0 * self.bound,
+                "{margins:?} {said:?}"
+            );
         }
-        // At rest, with a margin that is just enough and one that is not.
+        // At rest, with a margin that is just enough.
         if round.is_multiple_of(8) && self.largest() < 1e150 && self.bound > 1e-150 {
             let motion = Motion::straight(pose, DVec3::ZERO).unwrap();
-            let query = |margin: f64| Query::impact(a, b, motion).margins([margin, 0.0]);
-            let said = query(farther).run(workspace, ENOUGH.clock(&ManualClock::new()));
-            assert_eq!(said.value.upper, Some(0.0), "{farther:e}: {said:?}");
+            let query = Query::impact(a, b, motion).margins([farther, 0.0]);
+            assert_eq!(answer(&query).value.upper, Some(0.0), "{farther:e}");
         }
-        (exact.value.high - exact.value.low) / self.bound
+        (high - low) / self.bound
     }
 }
 
@@ -711,53 +575,17 @@ fn check(kind: Kind, count: u64, seed: u64) {
     let (mut meet, mut worst) = (0, 0.0_f64);
     for round in 0..count {
         let given = kind.pair(&mut random);
-        let Given {
-            a,
-            b,
-            is_single,
-            pose,
-        } = given;
-        let checked = catch_unwind(AssertUnwindSafe(|| {
-            let truth = Truth::of(a, b.map(|corner| pose.transform_point(corner)));
-            let trees = [mesh(&a, is_single[0]), mesh(&b, is_single[1])];
-            let first = truth.check([&trees[0], &trees[1]], pose, &mut workspace, round);
-            // The other way round without a pose, whose inverse is rounded.
-            let other = [mesh(&truth.b, false), mesh(&truth.a, is_single[0])];
-            let turned = Truth {
-                a: truth.b,
-                b: truth.a,
-                ..truth
-            };
-            let second = turned.check(
-                [&other[0], &other[1]],
-                Pose::IDENTITY,
-                &mut workspace,
-                round,
-            );
-            (
-                turned.meet(),
-                if turned.meet() {
-                    0.0
-                } else {
-                    first.max(second)
-                },
-            )
-        }));
-        match checked {
-            Ok((is_meeting, slack)) => {
-                meet += u64::from(is_meeting);
-                worst = worst.max(slack);
-            }
-            Err(panic) => {
-                eprintln!("{kind:?}, pair {round} of seed {seed}: {:?}", given.bits());
-                resume_unwind(panic);
-            }
+        let checked = catch_unwind(AssertUnwindSafe(|| given.check(&mut workspace, round)));
+        let (truth, slack) = checked.unwrap_or_else(|panic| {
+            eprintln!("{kind:?}, pair {round} of seed {seed}: {:?}", given.bits());
+            resume_unwind(panic)
+        });
+        match truth.meet() {
+            true => meet += 1,
+            false => worst = worst.max(slack),
         }
         if (round + 1) % 100_000 == 0 {
-            eprintln!(
-                "{kind:?}: {} pairs, {meet} meet, at most {worst:.3} of the bound",
-                round + 1
-            );
+            eprintln!("{kind:?}: {round} pairs, {meet} meet, at most {worst:.3} of the bound");
         }
     }
     println!("{kind:?}: {count} pairs, {meet} meet, at most {worst:.3} of the bound");
@@ -765,102 +593,56 @@ fn check(kind: Kind, count: u64, seed: u64) {
 
 #[test]
 fn pairs_of_every_kind() {
-    let number = |name: &str| {
-        std::env::var(name)
-            .ok()
-            .map(|text| text.parse::<u64>().expect("a number"))
+    let number = |name: &str, default: u64| {
+        std::env::var(name).map_or(default, |text| text.parse().expect("a number"))
     };
     let only = std::env::var("PUNCTUAL_KIND").ok();
-    for kind in Kind::ALL {
-        if only
-            .as_ref()
+    let is_asked = |kind: &Kind| {
+        only.as_ref()
             .is_none_or(|only| *only == format!("{kind:?}"))
-        {
-            check(
-                kind,
-                number("PUNCTUAL_PAIRS").unwrap_or(300),
-                number("PUNCTUAL_SEED").unwrap_or(1),
-            );
-        }
-    }
-}
-
-/// A pair is asked about in all ways; how far apart the triangles are.
-#[track_caller]
-fn check_one(a: Triangle, is_single: [bool; 2], b: Triangle, pose: Pose) -> f64 {
-    let mut workspace = Workspace::new();
-    let truth = Truth::of(a, b.map(|corner| pose.transform_point(corner)));
-    let trees = [mesh(&a, is_single[0]), mesh(&b, is_single[1])];
-    truth.check([&trees[0], &trees[1]], pose, &mut workspace, 0);
-    let other = [mesh(&truth.b, false), mesh(&truth.a, is_single[0])];
-    let turned = Truth {
-        a: truth.b,
-        b: truth.a,
-        ..truth
     };
-    turned.check([&other[0], &other[1]], Pose::IDENTITY, &mut workspace, 0);
-    turned.exact().rounded()
+    for kind in Kind::ALL.into_iter().filter(is_asked) {
+        check(
+            kind,
+            number("PUNCTUAL_PAIRS", 300),
+            number("PUNCTUAL_SEED", 1),
+        );
+    }
 }
 
 /// Corners exactly on a line in `f32`, the middle one of which a turn brings to a corner of the other triangle.
 #[test]
 fn a_turned_collinear_triangle_next_to_a_corner() {
-    let vector =
-        |[x, y, z]: [u64; 3]| DVec3::new(f64::from_bits(x), f64::from_bits(y), f64::from_bits(z));
     let b = [
         DVec3::new(-0.58984375, -0.359375, 0.8623046875),
         DVec3::new(-0.593505859375, -0.81988525390625, 0.464508056640625),
         DVec3::new(-0.59765625, -1.341796875, 0.013671875),
     ];
     let a = [
-        [
-            4586527871696334887,
-            4598610168858700229,
-            4606990545611702341,
-        ],
-        [
-            4599712912927814541,
-            13812939417191723324,
-            4607753847468568760,
-        ],
-        [
-            13827996455913578528,
-            13827020359778156764,
-            4609888845481577792,
-        ],
+        [0x3fa69ecc80e37027, 0x3fd18b95875269c5, 0x3fef517e0ac4c045],
+        [0x3fd5768623d6f38d, 0xbfb16b3741b4313c, 0x3ff207b61acdb0b8],
+        [0xbfe6e9834616e020, 0xbfe371c22eabc0dc, 0x3ff99d7b10f70d40],
     ];
+    let a = a.map(|bits: [u64; 3]| DVec3::from(bits.map(f64::from_bits)));
     let rows = [
-        [
-            4597183230406770024,
-            4603007260219906176,
-            13828879772800161290,
-            4606877888477614978,
-        ],
-        [
-            4602304054608695437,
-            13828639003132428820,
-            13824031370139941709,
-            13815004595589559520,
-        ],
-        [
-            13829194784214088486,
-            13822516553489103887,
-            13824830005629750052,
-            4599262607641406984,
-        ],
+        0x3fcc79ca87c73d68,
+        0x3fe12ab723f39880,
+        0xbfea0ce28356960a,
+        0x3feeeb08024f5382,
+        0x3fdeab27534a908d,
+        0xbfe931e7f4d20214,
+        0xbfd8d349cd0c3b4d,
+        0xbfb8c17c128134e0,
+        0xbfeb2b62d2c3fb26,
+        0xbfd3719210acbc0f,
+        0xbfdba9a49db90b24,
+        0x3fd3dcf94533ee08,
     ];
-    let pose = Pose::from_row_major(
-        rows.as_flattened()
-            .iter()
-            .map(|bits| f64::from_bits(*bits))
-            .collect::<Vec<_>>()
-            .try_into()
-            .unwrap(),
-    );
-    let distance = check_one(a.map(vector), [false, true], b, pose.unwrap());
+    let pose = Pose::from_row_major(rows.map(f64::from_bits)).unwrap();
+    let given = Given::new(a, b, pose).single([false, true]);
+    let distance = given.check(&mut Workspace::new(), 0).0.exact().rounded();
     assert!((1.7e-16..1.9e-16).contains(&distance), "{distance:e}");
 }
-
 /// Corners that are close to each other, of two triangles that are not thin.
 #[test]
 fn corners_of_fat_triangles_next_to_each_other() {
@@ -874,6 +656,7 @@ fn corners_of_fat_triangles_next_to_each_other() {
         DVec3::new(0.8197736144344467, -0.050629616311782, 0.5395148431161055),
         DVec3::new(-0.814366144298144, 0.8188817013839709, -0.24902878878852727),
     ];
-    let distance = check_one(a, [false; 2], b, Pose::IDENTITY);
+    let given = Given::new(a, b, Pose::IDENTITY);
+    let distance = given.check(&mut Workspace::new(), 0).0.exact().rounded();
     assert!((3.2e-7..3.3e-7).contains(&distance), "{distance:e}");
 }

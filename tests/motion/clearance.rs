@@ -3,11 +3,11 @@
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::prediction::Quantiles;
-use punctual::shapes;
 use punctual::{Budget, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 
+use crate::common::meshes::{at, ball, knot};
 use crate::common::random::{Family, Random, soup};
-use crate::finished::{at, motions};
+use crate::finished::{motions, straight};
 use crate::judge::{ENOUGH, Truth, run, run_with_memory};
 
 /// With a memory that knows how far apart the surfaces are at a pose.
@@ -24,70 +24,38 @@ fn known_at(a: &Tree, b: &Tree, pose: Pose, budget: Budget) -> (PairMemory, f64)
 
 #[test]
 fn a_clearance_makes_motions_free_without_a_search() {
-    let (a, b) = (
-        Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
-        Tree::new(shapes::icosphere(3)),
-    );
+    let (a, b) = (knot(0.2, 32), ball(3));
     let (memory, distance) = known_at(&a, &b, at(5.0, 0.0, 0.0), ENOUGH);
-    let mut workspace = Workspace::new();
-    let mut ask = |motion: Motion, margin: f64| {
+    let ask = |motion: Motion, margin: f64| {
         let query = Query::impact(&a, &b, motion).margins([margin, 0.0]);
-        let said = run_with_memory(&query, &mut workspace, &mut memory.clone(), Budget::work(0));
-        (
-            said.value.lower,
-            said.value.upper,
-            said.stop == StopReason::Finished,
-        )
+        let (mut workspace, mut memory) = (Workspace::new(), memory.clone());
+        let said = run_with_memory(&query, &mut workspace, &mut memory, Budget::work(0));
+        let is_finished = said.stop == StopReason::Finished;
+        (said.value.lower, said.value.upper, is_finished)
     };
-    let straight = |way: f64| Motion::straight(at(5.0, 0.0, 0.0), [-way, 0.0, 0.0]).unwrap();
-    assert_eq!(ask(straight(0.98 * distance), 0.0), (1.0, None, true));
-    assert_eq!(
-        ask(Motion::straight(at(5.0, 0.0, 0.0), [0.0; 3]).unwrap(), 0.0),
-        (1.0, None, true),
-        "it stands still"
-    );
-    let ways = [
-        (2.0 * distance, 0.0),
-        (0.98 * distance, 0.5 * distance),
-        (distance, 0.5 * distance),
-    ];
-    for (way, margin) in ways {
-        let (free_until, touching_at, is_finished) = ask(straight(way), margin);
-        let most = (distance - margin) / way;
-        assert!(!is_finished && touching_at.is_none(), "{way} {margin}");
+    let way = |way: f64| straight(at(5.0, 0.0, 0.0), [-way, 0.0, 0.0]);
+    let free = (1.0, None, true);
+    assert_eq!(ask(way(0.98 * distance), 0.0), free);
+    assert_eq!(ask(way(0.0), 0.0), free, "it stands still");
+    for (length, margin) in [(2.0, 0.0), (0.98, 0.5), (1.0, 0.5)] {
+        let (length, margin) = (length * distance, margin * distance);
+        let (free_until, touching_at, is_finished) = ask(way(length), margin);
+        let most = (distance - margin) / length;
+        assert!(!is_finished && touching_at.is_none(), "{length} {margin}");
         assert!(
             0.98 * most < free_until && free_until < most,
-            "{free_until} of {most}"
+            "{free_until}"
         );
     }
-    assert_eq!(
-        ask(straight(0.1 * distance), 1.01 * distance).0,
-        0.0,
-        "thickened surfaces may meet at the start"
-    );
-    let turning = |angle: f64| {
-        Motion::turning(
-            at(5.0, 0.0, 0.0),
-            [0.0; 3],
-            [0.0, angle, 0.0],
-            [5.0, 0.0, 0.0],
-        )
-        .unwrap()
-    };
-    assert_eq!(
-        ask(turning(0.9 * distance / 1.75), 0.0),
-        (1.0, None, true),
-        "corners of its box go 1.73 a radian"
-    );
+    // Thickened surfaces may meet at the start.
+    assert_eq!(ask(way(0.1 * distance), 1.01 * distance).0, 0.0);
+    // Corners of its box go 1.73 a radian.
+    let turn = [0.0, 0.9 * distance / 1.75, 0.0];
+    let turning = Motion::turning(at(5.0, 0.0, 0.0), [0.0; 3], turn, [5.0, 0.0, 0.0]);
+    assert_eq!(ask(turning.unwrap(), 0.0), free);
     // Far from where it was known, nothing is.
-    assert_eq!(
-        ask(
-            Motion::straight(at(2.0, 0.0, 0.0), [-0.01, 0.0, 0.0]).unwrap(),
-            0.0
-        )
-        .0,
-        0.0
-    );
+    let elsewhere = straight(at(2.0, 0.0, 0.0), [-0.01, 0.0, 0.0]);
+    assert_eq!(ask(elsewhere, 0.0).0, 0.0);
 }
 
 #[test]
@@ -124,29 +92,19 @@ fn a_clearance_never_hides_a_contact_on_the_way() {
             met += u32::from(truth.assert_complete(&said, &mut random));
             known += u32::from(begun.value.lower > 0.0);
             free += u32::from(begun.value.lower == 1.0);
-            assert_eq!(
-                said.value.upper.is_some(),
-                cold.value.upper.is_some(),
-                "{family:?} {i}: {said:?} {cold:?}"
-            );
+            assert_eq!(said.value.upper.is_some(), cold.value.upper.is_some());
         }
     }
     println!("{known} known, {free} to the end, {met} met");
-    assert!(
-        known > 50 && free > 3 && met > 30,
-        "{known} known, {free} to the end, {met} met"
-    );
+    assert!(known > 50 && free > 3 && met > 30, "{known} {free} {met}");
 }
 
 /// What costs nothing is no sample of what a search costs.
 #[test]
 fn predictions_go_by_searches() {
-    let (a, b) = (
-        Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
-        Tree::new(shapes::icosphere(3)),
-    );
+    let (a, b) = (knot(0.2, 32), ball(3));
     let (mut memory, distance) = known_at(&a, &b, at(5.0, 0.0, 0.0), ENOUGH);
-    let motion = |way: f64| Motion::straight(at(5.0, 0.0, 0.0), [-way, 0.0, 0.0]).unwrap();
+    let motion = |way: f64| straight(at(5.0, 0.0, 0.0), [-way, 0.0, 0.0]);
     let far = Query::impact(&a, &b, motion(2.0 * distance));
     let said = run_with_memory(&far, &mut Workspace::new(), &mut memory, ENOUGH);
     assert!(said.value.upper.is_some() && said.stats.work > 0);

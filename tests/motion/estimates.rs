@@ -47,11 +47,8 @@ fn estimates_are_in_order_and_end_with_the_query() {
         while found.stop != StopReason::Finished {
             let said = query.remaining(&workspace, Some(&memory)).unwrap();
             assert!(is_ordered(said.work), "{said:?} of {found:?}");
-            assert_eq!(
-                query.remaining(&workspace, Some(&memory)),
-                Ok(said),
-                "the same each time"
-            );
+            // The same each time.
+            assert_eq!(query.remaining(&workspace, Some(&memory)), Ok(said));
             assert_eq!(
                 query.tolerance(0.1).remaining(&workspace, None),
                 Err(ResumeError),
@@ -90,10 +87,7 @@ fn predicted_work_is_about_right() {
         }
     }
     println!("{within:?} within, of 60");
-    assert!(
-        within.iter().all(|&within| within >= 40),
-        "{within:?} of 60"
-    );
+    assert!(within.iter().all(|&within| within >= 40), "{within:?}");
 }
 
 #[test]

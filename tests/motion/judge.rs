@@ -1,44 +1,13 @@
 //! What must be true of an answer, by exact tests of all pairs of triangles at many times.
 
 use punctual::Pose;
-use punctual::clock::ManualClock;
 use punctual::geom::triangles_intersect;
 use punctual::impact::{Impact, TimeOfImpact};
-use punctual::{Answer, Budget, Motion, PairMemory, Query, StopReason, Tree, Workspace};
+use punctual::{Answer, Motion, Query, StopReason, Tree};
+
+pub use crate::common::ask::{ENOUGH, answer, resume, run, run_with_memory};
 
 use crate::random::Random;
-
-pub const ENOUGH: Budget = Budget::work(u64::MAX / 2);
-
-/// By no clock, so that it runs without that of the system too.
-pub fn run(
-    query: &Query<Impact>,
-    workspace: &mut Workspace,
-    budget: Budget,
-) -> Answer<TimeOfImpact> {
-    query.run(workspace, budget.clock(&ManualClock::new()))
-}
-
-pub fn run_with_memory(
-    query: &Query<Impact>,
-    workspace: &mut Workspace,
-    memory: &mut PairMemory,
-    budget: Budget,
-) -> Answer<TimeOfImpact> {
-    query
-        .with_memory(memory)
-        .run(workspace, budget.clock(&ManualClock::new()))
-}
-
-pub fn resume(
-    query: &Query<Impact>,
-    workspace: &mut Workspace,
-    budget: Budget,
-) -> Answer<TimeOfImpact> {
-    query
-        .resume(workspace, budget.clock(&ManualClock::new()))
-        .unwrap()
-}
 
 /// Whether any two triangles meet.
 pub fn meet(a: &Tree, b: &Tree, pose: &Pose) -> bool {
@@ -92,11 +61,7 @@ impl<'t> Truth<'t> {
     #[track_caller]
     pub fn assert_sound(&self, said: &Answer<TimeOfImpact>) {
         assert!((0.0..=1.0).contains(&said.value.lower), "{said:?}");
-        assert!(
-            said.value.lower <= self.meets_at,
-            "they meet at {}: {said:?}",
-            self.meets_at
-        );
+        assert!(said.value.lower <= self.meets_at, "{said:?}");
         assert_eq!(said.value.upper.is_some(), said.value.triangles.is_some());
         if let (Some(time), Some([a, b])) = (said.value.upper, said.value.triangles) {
             assert!(said.value.lower <= time && time <= 1.0, "{said:?}");
@@ -128,11 +93,7 @@ impl<'t> Truth<'t> {
             }
         }
         self.assert_sound(said);
-        assert_eq!(
-            said.value.upper == Some(0.0),
-            self.starts_in_contact(),
-            "{said:?}"
-        );
+        assert_eq!(said.value.upper == Some(0.0), self.starts_in_contact());
         assert!(
             said.value.upper.is_some() || self.meets_at == f64::INFINITY || said.value.lower < 1.0,
             "{said:?}"

@@ -32,9 +32,6 @@ fn assert_same(answers: &str, expected: &str) {
         .zip(expected.lines())
         .filter(|(ours, theirs)| ours != theirs)
         .collect();
-    assert!(
-        differ.is_empty(),
-        "ours, and those of the file: {differ:#?}"
-    );
+    assert!(differ.is_empty(), "{differ:#?}");
     assert_eq!(answers.lines().count(), expected.lines().count());
 }

@@ -99,12 +99,7 @@ pub fn assert_right(tree: &Tree, lines: &[Line], workspace: &mut Workspace) -> u
             .copied()
             .min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         let cast = run(tree, line.ray, RayMode::Nearest, workspace);
-        assert_eq!(
-            (cast.value.hit, nearest[i]),
-            (first, first),
-            "{:?}",
-            line.ray
-        );
+        assert_eq!((cast.value.hit, nearest[i]), (first, first));
         assert_eq!(
             cast.value.free_until,
             first.map_or(f64::INFINITY, |hit| hit.t)

@@ -128,9 +128,5 @@ pub fn assert_sound(said: &PointBounds, truth: Option<i32>, away: Option<&Distan
     } else {
         below(high) && above(low)
     };
-    assert!(
-        is_true && low <= high,
-        "{low} {high}, not {}",
-        away.rounded()
-    );
+    assert!(is_true && low <= high, "{low} {high} {}", away.rounded());
 }

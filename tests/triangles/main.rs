@@ -38,16 +38,8 @@ const TURNS: [[usize; 3]; 6] = [
 fn assert_pair(a: &Triangle, b: &Triangle, expected: bool) {
     for turned_a in TURNS.map(|turn| turn.map(|corner| a[corner])) {
         for turned_b in TURNS.map(|turn| turn.map(|corner| b[corner])) {
-            assert_eq!(
-                triangles_intersect(&turned_a, &turned_b),
-                expected,
-                "{turned_a:?} {turned_b:?}"
-            );
-            assert_eq!(
-                triangles_intersect(&turned_b, &turned_a),
-                expected,
-                "{turned_b:?} {turned_a:?}"
-            );
+            assert_eq!(triangles_intersect(&turned_a, &turned_b), expected);
+            assert_eq!(triangles_intersect(&turned_b, &turned_a), expected);
         }
     }
 }
@@ -74,12 +66,7 @@ fn hard_pairs_of_every_family() {
 fn the_oracle_knows_the_hard_pairs() {
     for pair in pairs::fixture() {
         let [a, b] = corners(&pair);
-        assert_eq!(
-            oracle::intersects(&a, &b),
-            pair.meet,
-            "{} {a:?} {b:?}",
-            pair.family
-        );
+        assert_eq!(oracle::intersects(&a, &b), pair.meet, "{a:?} {b:?}");
     }
 }
 

@@ -103,19 +103,13 @@ impl Case {
         match direction {
             Some(n) => {
                 assert!((n.length() - 1.0).abs() < 1e-12 && high > 0.0, "{name}");
-                assert!(
-                    self.is_apart_after(n * high, workspace),
-                    "{name}: {answer:?}"
-                );
+                assert!(self.is_apart_after(n * high, workspace), "{name}");
             }
             None => assert!(high == 0.0 || high == f64::INFINITY, "{name}: {answer:?}"),
         }
         for n in spread(pushes) {
             let by = n * (low * (1.0 - 1e-12));
-            assert!(
-                low == 0.0 || !self.is_apart_after(by, workspace),
-                "{name}: {answer:?} {n:?}"
-            );
+            assert!(low == 0.0 || !self.is_apart_after(by, workspace), "{name}");
         }
     }
 }
@@ -312,11 +306,7 @@ fn pushes_off_flat_faces_are_exact() {
             let (high, depth) = (value.high, case.depth.unwrap());
             let nearest = value.direction.unwrap().abs().max_element();
             let roundings = 128.0 * f64::EPSILON * case.pose.translation().length();
-            assert!(
-                (high - depth).abs() < 1e-6 * depth + roundings,
-                "{}: {value:?}",
-                case.name
-            );
+            assert!((high - depth).abs() < 1e-6 * depth + roundings, "{value:?}");
             assert!(nearest > 1.0 - 1e-9, "{}: {value:?}", case.name);
         }
     }
@@ -356,11 +346,7 @@ fn spheres_are_as_deep_as_balls() {
         let Penetration { low, high, .. } = answer.value;
         let depth = 2.0 - distance;
         // They are polyhedra, and so smaller than balls.
-        assert!(
-            low > 0.9 * depth && high < depth,
-            "{}: {answer:?} {depth}",
-            case.name
-        );
+        assert!(low > 0.9 * depth && high < depth, "{answer:?} {depth}");
     }
 }
 
@@ -377,11 +363,7 @@ fn both_bounds_only_improve_and_hold_at_every_stop() {
                 high: new_high,
                 ..
             } = answer.value;
-            assert!(
-                new_low >= low && new_high <= high,
-                "{} {budget}: [{low}, {high}] {answer:?}",
-                case.name
-            );
+            assert!(new_low >= low && new_high <= high, "{budget}");
             assert_step(answer.stats.work, budget, MAX_PENETRATION_STEP_WORK);
             (low, high, budget) = (new_low, new_high, budget * 4 / 3 + 97);
         }
@@ -411,11 +393,7 @@ fn no_random_push_below_low_separates() {
                     1.0 - 1e-12
                 };
                 let by = direction * (low * share);
-                assert!(
-                    !case.is_apart_after(by, &mut workspace),
-                    "{} {by}",
-                    case.name
-                );
+                assert!(!case.is_apart_after(by, &mut workspace), "{by}");
                 tried += 1;
             }
         }

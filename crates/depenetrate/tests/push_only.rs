@@ -183,11 +183,7 @@ fn the_push_parts_the_surfaces() {
     for case in cases() {
         let found = case.query().run(&mut workspace, Budget::unlimited());
         let distance = case.proven_distance(&found);
-        assert!(
-            distance > 0.0 && distance.is_finite(),
-            "{}: {found:?}",
-            case.name
-        );
+        assert!(distance > 0.0 && distance.is_finite(), "{found:?}");
         assert_eq!(
             (found.stop, found.stats.elapsed),
             (StopReason::Finished, None),
@@ -258,11 +254,7 @@ fn more_work_never_gives_a_longer_push() {
         while budget < 2 * whole.stats.work {
             let found = case.query().run(&mut workspace, Budget::work(budget));
             let shorter = case.proven_distance(&found);
-            assert!(
-                shorter <= distance,
-                "{} {budget}: {shorter:e} after {distance:e}",
-                case.name
-            );
+            assert!(shorter <= distance, "{budget} {shorter:e} {distance:e}");
             assert_step(found.stats.work, budget, MAX_PENETRATION_STEP_WORK);
             let is_short = found.stats.work < whole.stats.work;
             assert_eq!(
@@ -374,10 +366,6 @@ fn the_push_is_about_the_least_of_sampled_directions() {
         }
         let found = case.query().run(&mut penetration, Budget::unlimited());
         let distance = case.proven_distance(&found);
-        assert!(
-            distance <= 1.1 * least + 1e-6,
-            "{}: {distance} beside {least}",
-            case.name
-        );
+        assert!(distance <= 1.1 * least + 1e-6, "{distance} {least}");
     }
 }

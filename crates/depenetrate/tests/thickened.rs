@@ -54,16 +54,8 @@ fn the_depth_of_thickened_bodies_is_within_its_bounds() {
         let mut answer = query.run(&mut workspace, Budget::work(3_000));
         let mut calls = 0;
         while !answer.stop.is_final() && calls < 400 {
-            assert!(
-                answer.value.low <= truth.max(0.0) + 1e-9,
-                "{i} {:?} {truth}",
-                answer.value
-            );
-            assert!(
-                answer.value.high >= truth.max(0.0) - 1e-9,
-                "{i} {:?} {truth}",
-                answer.value
-            );
+            assert!(answer.value.low <= truth.max(0.0) + 1e-9, "{i} {truth}");
+            assert!(answer.value.high >= truth.max(0.0) - 1e-9, "{i} {truth}");
             answer = query.resume(&mut workspace, Budget::work(3_000)).unwrap();
             calls += 1;
         }

@@ -22,10 +22,7 @@ fn a_screw_begins_and_ends_in_its_poses() {
         let (start, end) = (pose(&mut random), pose(&mut random));
         let motion = Motion::screw(start, end).unwrap();
         assert_eq!(motion.pose(0.0), start);
-        assert!(
-            difference(&motion.pose(1.0), &end) < 1e-12,
-            "{start:?} {end:?}"
-        );
+        assert!(difference(&motion.pose(1.0), &end) < 1e-12, "{start:?}");
     }
 }
 
@@ -83,10 +80,7 @@ fn parts_stay_where_they_are_in_their_body() {
         let part = motion.of_part(&place).unwrap();
         for time in [0.0, 0.3, 1.0] {
             let there = motion.pose(time).compose(&place).unwrap();
-            assert!(
-                difference(&part.pose(time), &there) < 1e-13,
-                "{motion:?} {place:?} {time}"
-            );
+            assert!(difference(&part.pose(time), &there) < 1e-13, "{motion:?}");
         }
     }
 }

@@ -196,10 +196,7 @@ fn faults_name_the_line() {
         let message = read(text.as_bytes(), Format::Collada)
             .unwrap_err()
             .to_string();
-        assert!(
-            message.contains(expected),
-            "`{expected}` is not in: {message}"
-        );
+        assert!(message.contains(expected), "{expected} {message}");
     }
     // A node that shows itself, and parts that are shown again and again.
     let part = r##"<node id="part">"##;

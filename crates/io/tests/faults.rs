@@ -26,10 +26,7 @@ fn refused(format: Format, content: &[u8]) -> String {
 #[track_caller]
 fn assert_refused(format: Format, content: impl AsRef<[u8]>, expected: &str) {
     let message = refused(format, content.as_ref());
-    assert!(
-        message.contains(expected),
-        "`{expected}` is not in: {message}"
-    );
+    assert!(message.contains(expected), "{expected} {message}");
     assert_eq!(message.lines().count(), 1, "{message}");
 }
 
@@ -544,9 +541,6 @@ fn truncated_and_changed_files_never_panic() {
                 Err(_) => refused += 1,
             }
         }
-        assert!(
-            read_as_before > 0 && refused > 0,
-            "{name}: {read_as_before} read, {refused} refused"
-        );
+        assert!(read_as_before > 0 && refused > 0, "{name}");
     }
 }

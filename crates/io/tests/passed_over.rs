@@ -177,11 +177,7 @@ fn text_that_is_out_of_order_is_read_with_a_notice() {
     ];
     for (format, content, triangles, notices) in cases {
         let notices: Vec<String> = notices.iter().map(|&notice| notice.to_owned()).collect();
-        assert_eq!(
-            told(format, content.as_bytes()),
-            (triangles, notices),
-            "{content:?}"
-        );
+        assert_eq!(told(format, content.as_bytes()), (triangles, notices));
     }
 }
 

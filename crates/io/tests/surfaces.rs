@@ -34,11 +34,7 @@ fn all_formats_give_the_same_triangles() {
         for (name, bytes) in write::all_formats(&mesh) {
             let format = Format::of(name.as_ref()).unwrap();
             assert_eq!(corners(&accepted(format, &bytes)), corners(&mesh), "{name}");
-            assert_eq!(
-                corners(&read(&bytes, None).unwrap().mesh),
-                corners(&mesh),
-                "{name} by its content"
-            );
+            assert_eq!(corners(&read(&bytes, None).unwrap().mesh), corners(&mesh));
         }
     }
 }
@@ -151,16 +147,8 @@ fn packed_files_are_unpacked() {
         let packed = packed.finish().unwrap();
         let file = folder.join(format!("{name}.GZ"));
         std::fs::write(&file, &packed).unwrap();
-        assert_eq!(
-            corners(&load(&file).unwrap().mesh),
-            corners(&mesh),
-            "{name}"
-        );
-        assert_eq!(
-            corners(&read(&packed, None).unwrap().mesh),
-            corners(&mesh),
-            "{name}"
-        );
+        assert_eq!(corners(&load(&file).unwrap().mesh), corners(&mesh));
+        assert_eq!(corners(&read(&packed, None).unwrap().mesh), corners(&mesh));
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -169,7 +157,7 @@ fn packed_files_are_unpacked() {
 #[test]
 fn binary_bodies_begin_after_the_line_end_of_the_header() {
     let mesh = icosphere(1);
-    for (name, bytes) in write::all_formats(&mesh)
+    for (_, bytes) in write::all_formats(&mesh)
         .into_iter()
         .filter(|(name, _)| ["little.ply", "big.Ply"].contains(name))
     {
@@ -186,11 +174,7 @@ fn binary_bodies_begin_after_the_line_end_of_the_header() {
             let mut body = bytes[end..].to_vec();
             body[0] = b'\n';
             let bytes = [header.as_bytes(), &body].concat();
-            assert_eq!(
-                corners(&accepted(Format::Ply, bytes)),
-                corners(&mesh),
-                "{name}"
-            );
+            assert_eq!(corners(&accepted(Format::Ply, bytes)), corners(&mesh));
         }
     }
 }

@@ -82,10 +82,8 @@ fn a_tracker_tells_the_median_by_the_last_error_and_steps_by_what_came() {
     let model = Quantiles::exactly(1024.0);
     let mut tracker = Tracker::default();
     assert_eq!(tracker.told(model), model);
-    assert!(
-        !tracker.learn(model, 512.0, false),
-        "it may still take more"
-    );
+    // It may still take more.
+    assert!(!tracker.learn(model, 512.0, false));
     assert!(tracker.learn(model, 2048.0, true));
     let Quantiles { p10, p50, p90 } = tracker.told(model);
     let log = |x: f64| (x / 1024.0).log2();

@@ -139,8 +139,5 @@ fn claims_about_a_peg_in_its_hole_are_those_of_labels_at_any_stop() {
             }
         }
     }
-    assert!(
-        free > 5 && touching > 30 && stopped > 300,
-        "{free} {touching} {stopped}"
-    );
+    assert!(free > 5 && touching > 30 && stopped > 300, "{free}");
 }

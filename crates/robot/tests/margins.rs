@@ -52,15 +52,9 @@ fn labels_are_those_of_distances_at_any_stop() {
             let margin = expected(&checker, pair);
             let says = pairs.contains(&pair);
             // Solids may hold each other; boxes are rounded to f32 in the list of distances.
-            assert!(
-                says || distance > margin - 1e-7,
-                "{pair:?} {distance} {margin}"
-            );
+            assert!(says || distance > margin - 1e-7, "{pair:?}");
             let is_solid = checker.name(pair[1]) != Some("ring") && distance > 0.0;
-            assert!(
-                !says || is_solid || distance < margin + 1e-7,
-                "{pair:?} {distance}"
-            );
+            assert!(!says || is_solid || distance < margin + 1e-7, "{pair:?}");
             within += u32::from(says && distance > 1e-6 && distance <= margin);
             apart += u32::from(!says);
         }
@@ -77,10 +71,7 @@ fn labels_are_those_of_distances_at_any_stop() {
             }
         }
     }
-    assert!(
-        within > 100 && apart > 1000 && stopped > 300,
-        "{within} {apart} {stopped}"
-    );
+    assert!(within > 100 && apart > 1000 && stopped > 300, "{within}");
 }
 
 #[test]
@@ -118,10 +109,7 @@ fn a_clearance_is_what_is_left_above_the_margin() {
         for work in [0, 100, 2_000, 20_000] {
             let cut = checker.clearance(&q, &ClearanceOptions::default(), Budget::work(work));
             let cut = cut.unwrap().value;
-            assert!(
-                cut.low <= found.high && found.low <= cut.high,
-                "{work} {cut:?} {found:?}"
-            );
+            assert!(cut.low <= found.high && found.low <= cut.high, "{work}");
         }
     }
     assert!(negative > 20 && positive > 20, "{negative} {positive}");
@@ -174,10 +162,7 @@ fn edges_keep_their_margins() {
         assert_eq!(cut.value.free_until, found.free_until);
         assert_eq!(cut.value.touching_at, found.touching_at);
     }
-    assert!(
-        free > 5 && blocked > 50 && first_within > 20,
-        "{free} {blocked} {first_within}"
-    );
+    assert!(free > 5 && blocked > 50 && first_within > 20, "{free}");
 }
 
 #[test]

@@ -340,10 +340,7 @@ fn every_pair_is_asked_exactly() {
         }
     }
     // Few are wholly inside a solid.
-    assert!(
-        free > 1000 && met > 40 && inside < 5,
-        "{free} {met} {inside}"
-    );
+    assert!(free > 1000 && met > 40 && inside < 5, "{free}");
 }
 
 #[test]
@@ -649,10 +646,7 @@ fn random_chains_never_meet_where_they_are_proven_free() {
                 checker.collide(&q, UNLIMITED).unwrap().value != Collision::Free
             };
             let dense = (0..=300).map(|i| f64::from(i) / 300.0).find(|&t| meets(t));
-            assert!(
-                dense.is_none_or(|t| edge.free_until <= t),
-                "{seed} {edge:?}"
-            );
+            assert!(dense.is_none_or(|t| edge.free_until <= t), "{seed}");
             assert!(edge.touching_at.is_none_or(meets));
             free += u32::from(edge.answer == EdgeAnswer::Free);
             touching += u32::from(edge.touching_at.is_some());
@@ -784,11 +778,7 @@ fn a_robot_that_cannot_brake_stands_still() {
         [f64::NAN, 0.001, 0.1],
         [-1.0, 0.0, 0.0],
     ] {
-        assert_eq!(
-            safe_speed(numbers[0], numbers[1], numbers[2]),
-            0.0,
-            "{numbers:?}"
-        );
+        assert_eq!(safe_speed(numbers[0], numbers[1], numbers[2]), 0.0);
     }
     assert_eq!(safe_speed(f64::INFINITY, 0.001, f64::INFINITY), 1.0);
     assert!(safe_speed(0.1, 0.001, 0.5) < 1.0);
@@ -993,10 +983,7 @@ fn what_is_wrong_is_named() {
         let error = Model::from_urdf(&urdf, &UrdfOptions::default())
             .unwrap_err()
             .to_string();
-        assert!(
-            words.iter().all(|word| error.contains(word)),
-            "{error} {words:?}"
-        );
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
     }
     let error = Model::from_urdf(folder.join("no.urdf"), &UrdfOptions::default()).unwrap_err();
     assert!(error.to_string().contains("no.urdf"), "{error}");
@@ -1102,10 +1089,7 @@ fn a_cloud_is_an_obstacle() {
         let options = ClearanceOptions::default();
         let [a, b] = [&mut one, &mut other]
             .map(|checker| checker.clearance(&q, &options, UNLIMITED).unwrap().value);
-        assert!(
-            a.low <= b.high + 1e-9 && b.low <= a.high + 1e-9,
-            "{a:?} {b:?}"
-        );
+        assert!(a.low <= b.high + 1e-9 && b.low <= a.high + 1e-9, "{a:?}");
     }
     assert!(hit > 0, "{hit}");
 }

@@ -114,12 +114,7 @@ fn no_label_is_wrong() {
             let q = &robot.configs[i];
             let one = robot.checker.collide(q, UNLIMITED).unwrap();
             for found in [one, batch[i]] {
-                assert_eq!(
-                    found.value != Collision::Free,
-                    meets,
-                    "{:?} {i}",
-                    robot.folder
-                );
+                assert_eq!(found.value != Collision::Free, meets, "{i}");
             }
             match cut[i].value {
                 Collision::Undecided => undecided += 1,
@@ -144,14 +139,8 @@ fn clearance_is_that_of_the_table() {
                     .clearance(q, &options, UNLIMITED)
                     .unwrap()
                     .value;
-                assert!(
-                    found.low <= row[2] && row[1] <= found.high,
-                    "{row:?} {found:?}"
-                );
-                assert!(
-                    found.high - found.low <= tolerance * 1.001,
-                    "{row:?} {found:?}"
-                );
+                assert!(found.low <= row[2] && row[1] <= found.high, "{row:?}");
+                assert!(found.high - found.low <= tolerance * 1.001, "{row:?}");
             }
         }
     }

@@ -315,10 +315,7 @@ fn no_frame_after_the_hundredth_allocates() {
             faults.push((name, late));
         }
     }
-    assert!(
-        faults.is_empty(),
-        "calls to the allocator by frame: {faults:?}"
-    );
+    assert!(faults.is_empty(), "{faults:?}");
 }
 
 /// Every question that may be asked between frames; or only those about rays.
@@ -411,10 +408,7 @@ fn no_frame_allocates_within_the_room_asked_for() {
             }
         }
     }
-    assert!(
-        faults.is_empty(),
-        "question, threads, whether it was asked before, calls by frame: {faults:?}"
-    );
+    assert!(faults.is_empty(), "{faults:?}");
 }
 
 /// Asks something of all frames.

@@ -211,10 +211,7 @@ fn a_query_without_memory_for_its_points_shows_no_older_answer() {
                 for stop in [1, 700, u64::MAX] {
                     ask(earlier, j, &mut used, stop);
                     let said = ask(what, i, &mut used, work);
-                    assert_eq!(
-                        said, expected,
-                        "{what} {i} after {earlier} {j}, {work} after {stop}"
-                    );
+                    assert_eq!(said, expected, "{what} {i} {earlier} {j} {work} {stop}");
                 }
             }
         }

@@ -299,10 +299,8 @@ fn the_bytes_of_trees_are_those_of_rust() {
     let (start, count) = bytes_of(&ours, 100);
     assert!(start == file[..100] && count == file.len());
     let (rest, count) = bytes_of(&ours, file.len() + 1);
-    assert!(
-        rest.ends_with(&[0xa5]) && count == file.len(),
-        "nothing is written beyond the last"
-    );
+    // Nothing is written beyond the last.
+    assert!(rest.ends_with(&[0xa5]) && count == file.len());
 
     let loaded = owned(|tree| load(&file, tree));
     assert_eq!(bytes_of(&loaded, file.len()).0, file);

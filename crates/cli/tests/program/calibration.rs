@@ -29,10 +29,8 @@ fn a_learned_calibration_is_used_by_the_next_run() {
         .collect();
     assert!(undecided.len() >= 2, "{told:?}");
     let first = probabilities(&folder, "--calibration c.json");
-    assert_eq!(
-        first[undecided[0]], told[undecided[0]],
-        "nothing was known before"
-    );
+    // Nothing was known before.
+    assert_eq!(first[undecided[0]], told[undecided[0]]);
     let learned = read(&folder);
     assert_ne!(learned, Calibration::default());
     // The same by hand, from what was told; the columns have four digits.
@@ -58,10 +56,7 @@ fn a_learned_calibration_is_used_by_the_next_run() {
             .map(|&i| (said[i] - f64::from(u8::from(truth[i] > 0))).powi(2))
             .sum::<f64>()
     };
-    assert!(
-        error(&taught) < error(&told),
-        "{told:?} {taught:?} {truth:?}"
-    );
+    assert!(error(&taught) < error(&told), "{told:?}");
     for (said, told) in taught
         .iter()
         .zip(&told)
@@ -155,10 +150,7 @@ fn a_damaged_file_is_refused_and_stays_as_it_is() {
         .run(&format!("{CUT} --calibration ."))
         .assert_refused(&[".: "]);
     let lost = folder.run(&format!("{CUT} --calibration no/c.json"));
-    assert_eq!(
-        (lost.status, lost.rows().len()),
-        (2, 5),
-        "the answers are there all the same"
-    );
+    // The answers are there all the same.
+    assert_eq!((lost.status, lost.rows().len()), (2, 5));
     assert!(lost.err.contains("no/c.json: "), "{}", lost.err);
 }

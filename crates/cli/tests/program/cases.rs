@@ -23,11 +23,7 @@ fn check_case(case: &Path) {
         }
         let rows = answer.rows();
         assert_eq!(rows.len(), truth.len(), "{name}");
-        assert_eq!(
-            answer.status,
-            i32::from(rows.iter().any(Row::is_error)),
-            "{name}"
-        );
+        assert_eq!(answer.status, i32::from(rows.iter().any(Row::is_error)));
         for (pose, (row, truth)) in rows.iter().zip(&truth).enumerate() {
             let allowed = match truth {
                 _ if row.is_error() => expect.contains("error"),
@@ -39,10 +35,7 @@ fn check_case(case: &Path) {
                         && row.pairs == count
                 }
             };
-            assert!(
-                allowed,
-                "{name}, pose {pose}, --mode {mode}: {row:?}, {truth:?}, expected is {expect}"
-            );
+            assert!(allowed, "{name} {pose} {mode} {row:?} {truth:?} {expect}");
         }
     }
 }

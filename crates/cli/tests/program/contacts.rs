@@ -273,10 +273,7 @@ fn contacts_of_solids_print_their_overlaps() {
             assert_eq!(overlaps.len(), 4, "{options}");
             for row in &overlaps {
                 assert!((row.distance + depth).abs() < 1e-9, "{options}: {row:?}");
-                assert!(
-                    (row.normal + DVec3::Z).length() < 1e-9,
-                    "{options}: {row:?}"
-                );
+                assert!((row.normal + DVec3::Z).length() < 1e-9, "{options}");
                 let between = row.points[0] - row.points[1];
                 assert!((between - row.distance * row.normal).length() < 1e-9);
                 assert!(row.patch == overlaps[0].patch && row.stop == "finished");

@@ -51,10 +51,7 @@ fn known_depths_lie_within_and_the_push_is_a_unit_vector() {
         let arguments = format!("cube.obj cube.obj poses.txt --budget-work 10000000 {options}");
         for (row, depth) in rows(&folder, &arguments, 0).into_iter().zip([0.25, 0.5]) {
             let ([low, high], direction, stop, _) = row.unwrap();
-            assert!(
-                low <= depth && depth <= high && high < 1.01 * low,
-                "{low} {high}"
-            );
+            assert!(low <= depth && depth <= high && high < 1.01 * low, "{low}");
             let [x, y, z] = direction.unwrap();
             assert!((x * x + y * y + z * z - 1.0).abs() < 1e-12);
             assert_eq!(stop, "finished");
@@ -134,10 +131,7 @@ fn a_limit_asks_only_whether_they_penetrate_deeper() {
     assert!(folder.run(budget).out.contains(",work-limit,0,undecided\n"));
     let rough = rows(&folder, "cube.obj cube.obj poses.txt --abs 3", 1);
     let ([low, high], ..) = rough[0].clone().unwrap();
-    assert!(
-        low <= 0.25 && 0.25 <= high && high <= low + 3.0,
-        "{low} {high}"
-    );
+    assert!(low <= 0.25 && 0.25 <= high && high <= low + 3.0, "{low}");
     folder
         .run("depth cube.obj cube.obj poses.txt --deeper-than -1")
         .assert_refused(&["--deeper-than"]);

@@ -123,10 +123,7 @@ fn distances_points_and_margins_of_cubes() {
             |p: DVec3, x: f64| ((p - DVec3::X * x).abs().max_element() - 1.0).abs() < 1e-12;
         for (row, x) in [(within, 0.5), (touching, 2.0)] {
             let (_, [p, q]) = row.nearest.unwrap();
-            assert!(
-                p == q && on_faces(p, 0.0) && on_faces(p, x),
-                "{options}: {p} {q}"
-            );
+            assert!(p == q && on_faces(p, 0.0) && on_faces(p, x), "{options}");
         }
         for row in [&apart, &again] {
             let width = if options.contains("0.") { 0.2 } else { 1e-5 };
@@ -173,11 +170,7 @@ fn closer_than_is_answered_and_budgets_are_kept() {
         ("--budget-work 0", [""; 4]),
     ] {
         let rows = ask(&folder, options);
-        assert_eq!(
-            rows.each_ref().map(|row| row.closer.as_str()),
-            answers,
-            "{options}"
-        );
+        assert_eq!(rows.each_ref().map(|row| row.closer.as_str()), answers);
         if options.ends_with("--budget-work 0") {
             for row in &rows {
                 assert!(row.stop == "work-limit" && row.nearest.is_none(), "{row:?}");

@@ -108,10 +108,7 @@ fn every_order_and_budget_is_sound() {
                 for (row, &truth) in answer.rows().iter().zip(&truth) {
                     let stopped = row.stop == "deadline" || row.stop == "work-limit";
                     assert!(truth > 0 || row.hit == "0", "{options}: {row:?}");
-                    assert!(
-                        truth == 0 || row.verdict != "separated",
-                        "{options}: {row:?}"
-                    );
+                    assert!(truth == 0 || row.verdict != "separated", "{options}");
                     assert!(row.upper_bound >= truth as i64, "{options}: {row:?}");
                     assert!(stopped || row.verdict != "undecided", "{options}: {row:?}");
                     assert!(row.pairs <= truth as i64, "{options}: {row:?}");
@@ -158,11 +155,7 @@ fn pair_tells_what_it_expects_and_how_sure_it_is() {
         };
         for (row, truth) in tell("").iter().zip(&truth) {
             let hit = f64::from(u8::from(*truth > 0));
-            assert_eq!(
-                (row.remaining, row.probability),
-                (Some(0.0), Some(hit)),
-                "{row:?}"
-            );
+            assert_eq!((row.remaining, row.probability), (Some(0.0), Some(hit)));
             assert_eq!(row.recall, (mode == "all").then_some(1.0));
         }
         let [low, usual, high] =
@@ -330,12 +323,7 @@ fn all_formats_give_the_same_answers() {
         }
     }
     for [first, second] in answers.as_chunks::<2>().0 {
-        assert_eq!(
-            (&first.1, &second.1),
-            (&answers[0].1, &answers[1].1),
-            "{}",
-            first.0
-        );
+        assert_eq!((&first.1, &second.1), (&answers[0].1, &answers[1].1));
     }
     assert!(answers[0].1[0].1 > 0 && answers[0].1[2].1 == 0);
 }

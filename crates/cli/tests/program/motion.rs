@@ -107,18 +107,10 @@ fn times_of_cubes() {
                 "{options}: {row:?}"
             );
         }
-        assert_eq!(
-            (rows[1].free_until, rows[1].touching_at),
-            (0.0, Some(0.0)),
-            "{options}"
-        );
+        assert_eq!((rows[1].free_until, rows[1].touching_at), (0.0, Some(0.0)));
         for free in [&rows[2], &rows[4]] {
             let is_free = (free.free_until, free.touching_at) == (1.0, None);
-            assert_eq!(
-                is_free,
-                margin == 0.0 || free == &rows[4],
-                "{options}: {free:?}"
-            );
+            assert_eq!(is_free, margin == 0.0 || free == &rows[4], "{options}");
         }
     }
 }

@@ -27,11 +27,7 @@ fn made(folder: &Folder, options: &str, count: usize) -> String {
         count,
         "{options}"
     );
-    assert_eq!(
-        answer.out,
-        folder.run(&format!("poses {options}")).out,
-        "{options}"
-    );
+    assert_eq!(answer.out, folder.run(&format!("poses {options}")).out);
     assert_ne!(
         answer.out,
         folder.run(&format!("poses {options} --seed 2")).out,

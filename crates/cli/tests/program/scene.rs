@@ -132,11 +132,7 @@ fn a_page_names_bodies_and_lists_the_pairs_that_meet_and_those_not_known() {
                     .flat_map(|line| [&line[1], &line[2]])
                     .map(|n| n.parse().unwrap())
                     .collect();
-                assert_eq!(
-                    page.range(&step["pairs"][list]),
-                    wanted,
-                    "frame {frame}, {verdict}"
-                );
+                assert_eq!(page.range(&step["pairs"][list]), wanted, "{frame}");
                 listed[list] += wanted.len();
             }
             // A line for each pair of which it is not known.
@@ -146,11 +142,7 @@ fn a_page_names_bodies_and_lists_the_pairs_that_meet_and_those_not_known() {
                 .iter()
                 .filter(|line| line[0] == "open");
             let drawn: usize = lines.map(|line| page.range(&line[1]).len() / 6).sum();
-            assert_eq!(
-                drawn,
-                page.range(&step["pairs"][1]).len() / 2,
-                "frame {frame}"
-            );
+            assert_eq!(drawn, page.range(&step["pairs"][1]).len() / 2, "{frame}");
         }
     }
     assert!(listed.iter().all(|&pairs| pairs > 0), "{listed:?}");
@@ -325,10 +317,8 @@ fn a_small_budget_leaves_pairs_undecided_and_says_so() {
     let answer = folder.run("scene . --budget-work 700 --frames 10");
     let rows = rows(&answer.out);
     assert_eq!(rows.len(), 10);
-    assert!(
-        rows.iter().all(|row| row[9] <= 700),
-        "work beyond the budget"
-    );
+    // Work beyond the budget.
+    assert!(rows.iter().all(|row| row[9] <= 700));
     assert!(rows.iter().any(|row| row[4] > 0), "nothing undecided");
     assert!(figure(&answer.out, "worst_age") > 0.0);
     let late = folder.run("scene . --budget-us 0");
@@ -417,11 +407,7 @@ fn faults_name_the_file_and_the_line() {
         folder.write(file, content);
         let answer = folder.run("scene .");
         assert_eq!(answer.status, 2, "{file}: {content}");
-        assert!(
-            answer.err.contains(message),
-            "{} instead of {message}",
-            answer.err
-        );
+        assert!(answer.err.contains(message), "{} {message}", answer.err);
     }
     assert_eq!(recording().run("scene . --threads 2 --clock cpu").status, 2);
     assert_eq!(
@@ -495,11 +481,8 @@ fn a_file_of_the_calls_of_a_scene_is_played_up_to_its_first_fault() {
     let freely = folder.run("scene odd.jsonl --budget-work 1000000000 --answers told");
     assert!(rows_of_counts(&freely.out).iter().all(|row| row[4] == 0));
     let told = ["contacts", "distances"].map(|name| table(&folder, &format!("told/{name}.csv")));
-    assert_eq!(
-        told[1].len(),
-        FRAMES * (FRAMES + 1) / 2,
-        "every distance, in every frame"
-    );
+    // Every distance, in every frame.
+    assert_eq!(told[1].len(), FRAMES * (FRAMES + 1) / 2);
     assert!(!told[0].is_empty());
     folder.write("mesh.obj", "v 1 2 3\n");
     folder

@@ -17,11 +17,7 @@ fn folder() -> Folder {
 /// A column of the rows that follow the header.
 fn column(folder: &Folder, call: &str, name: &str) -> Vec<String> {
     let answer = folder.run(call);
-    assert!(
-        answer.status == 0 && answer.err.is_empty(),
-        "{call}: {}",
-        answer.err
-    );
+    assert!(answer.status == 0 && answer.err.is_empty(), "{call}");
     let mut lines = answer.out.lines().skip_while(|line| line.starts_with('#'));
     let header = lines.next().unwrap();
     let at = header.split(',').position(|column| column == name).unwrap();
@@ -48,10 +44,7 @@ fn distances_of_shapes_and_clouds() {
         let call = format!("distance {operands} poses.txt");
         for (found, distance) in column(&folder, &call, "high").iter().zip(distances) {
             let found: f64 = found.parse().unwrap();
-            assert!(
-                (found - distance).abs() < 1e-3,
-                "{operands}: {found} {distance}"
-            );
+            assert!((found - distance).abs() < 1e-3, "{operands}");
         }
         let call = format!("pair {operands} poses.txt");
         let hits = distances.map(|distance| u8::from(distance == 0.0).to_string());

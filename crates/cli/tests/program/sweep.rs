@@ -152,10 +152,7 @@ fn no_order_is_ahead_of_the_best(summary: &str) {
             let marches = |order: &&str| what == "recall" && orders[2..].contains(order);
             for order in orders.iter().filter(|order| !marches(order)) {
                 let reached = figure(&format!("{what}@{percent}% {order}"));
-                assert!(
-                    reached <= best,
-                    "{what}@{percent}% {order}: {reached} > {best}"
-                );
+                assert!(reached <= best, "{what} {percent} {order} {reached} {best}");
             }
         }
     }
@@ -183,11 +180,8 @@ fn a_broken_guarantee_is_told() {
         answer.err
     );
     let page = folder.read("report/index.html");
-    assert_eq!(
-        page.matches("verdict no").count(),
-        2 * 2,
-        "wrong answers and false bounds"
-    );
+    // Wrong answers and false bounds.
+    assert_eq!(page.matches("verdict no").count(), 2 * 2);
 }
 
 #[test]
@@ -411,10 +405,7 @@ fn two_meshes_are_a_case() {
     let picture = &page[first..first + page[first..].find("</svg>").unwrap()];
     for what in ["contact detected", "pairs found", "distance within 10 %"] {
         for order in ["this library", "depth-first"] {
-            assert!(
-                picture.contains(&format!("{what}: {order}")),
-                "{what}: {order}"
-            );
+            assert!(picture.contains(&format!("{what}: {order}")), "{what}");
         }
     }
     // Of each line the same number of poses meets, those past the touch.

@@ -439,12 +439,7 @@ fn views_that_cannot_be_made_are_refused() {
     ] {
         let answer = folder.run(&format!("{pair} --view {rest}"));
         // What was asked for besides is answered.
-        assert_eq!(
-            (answer.status, answer.rows().len()),
-            (2, 5),
-            "{}",
-            answer.err
-        );
+        assert_eq!((answer.status, answer.rows().len()), (2, 5));
         assert!(answer.err.contains(words), "{}", answer.err);
     }
     folder.write("bad.txt", "no pose\n");

@@ -164,10 +164,7 @@ fn distance_and_time_of_impact_of_a_pair_are_those_of_single_queries() {
         }
         assert!(scene.report().group_distances.is_empty());
     }
-    assert!(
-        both > 200 && met > 50 && cut > 50,
-        "{both} pairs with both, {met} of them meet, {cut} cut"
-    );
+    assert!(both > 200 && met > 50 && cut > 50, "{both} {met} {cut}");
 }
 
 /// Motions from each pose of a swing on.

@@ -113,10 +113,7 @@ impl World {
             gaps.insert(pair, gap.max(0.0));
             let meets = !found.is_empty() || margins > 0.0 && gap <= 0.0;
             let told = report.pair(a, b);
-            assert!(
-                told.is_none() || self.may_meet(pair),
-                "{told:?} may not meet"
-            );
+            assert!(told.is_none() || self.may_meet(pair), "{told:?}");
             if meets && self.may_meet(pair) && (self.is_compared(pair) || told.is_some()) {
                 truth.push((a.index(), b.index(), found.len().max(1) as u64));
                 let is_known = pair
@@ -145,10 +142,8 @@ impl World {
     }
 
     fn check_pairs(&self, report: &Report) {
-        assert!(
-            report.pairs.is_sorted_by(|x, y| (x.a, x.b) < (y.a, y.b)),
-            "a pair twice"
-        );
+        // A pair twice.
+        assert!(report.pairs.is_sorted_by(|x, y| (x.a, x.b) < (y.a, y.b)));
         assert_eq!(
             report.complete,
             report.pairs.iter().filter(|pair| pair.complete).count()
@@ -178,11 +173,7 @@ impl World {
             assert!(!pair.complete || certain && pair.recall == 1.0, "{pair:?}");
             // Never decided, it counts from the frame before its boxes met.
             let born = self.born[&pair.a].max(self.born[&pair.b]);
-            assert!(
-                pair.age <= report.frame + 1 - born,
-                "{pair:?} of frame {}, there since {born}",
-                report.frame
-            );
+            assert!(pair.age <= report.frame + 1 - born, "{pair:?} {born}");
         }
     }
 
@@ -254,11 +245,7 @@ impl World {
                 .scene
                 .passages()
                 .find(|found| [found.a, found.b] == pair);
-            assert_eq!(
-                told.is_some(),
-                moves && report.pair(a, b).is_some(),
-                "{pair:?}"
-            );
+            assert_eq!(told.is_some(), moves && report.pair(a, b).is_some());
             if !moves || !self.may_meet(pair) || !self.is_compared(pair) {
                 continue;
             }

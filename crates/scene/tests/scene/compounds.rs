@@ -169,17 +169,11 @@ fn compounds_go_with_their_parts() {
     });
     let ids: Vec<_> = scene.parts(one).unwrap().collect();
     scene.measure(ids[0], ids[2], 0.1).unwrap();
-    assert_eq!(
-        detect(&mut scene, Budget::unlimited()).pairs,
-        [],
-        "not even if their distance is asked for"
-    );
+    // Not even if their distance is asked for.
+    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs, []);
     scene.set_pose(ids[2], at(7.0)).unwrap();
-    assert_eq!(
-        detect(&mut scene, Budget::unlimited()).intersecting,
-        2,
-        "moved by itself"
-    );
+    // Moved by itself.
+    assert_eq!(detect(&mut scene, Budget::unlimited()).intersecting, 2);
     scene.set_compound_pose(one, at(0.0)).unwrap();
     assert_eq!(scene.body(ids[2]).unwrap().pose, at(2.0));
     scene.remove(ids[0]).unwrap();

@@ -141,11 +141,7 @@ fn a_frame_degrades_slowly_and_finds_and_decides_more_than_a_plain_loop() {
                 "{name} at {percent} %: {:.3} (plain loop {:.3})",
                 scene[what], plain[what]
             );
-            assert!(
-                scene[what] >= floors[what],
-                "{told}, at least {}",
-                floors[what]
-            );
+            assert!(scene[what] >= floors[what], "{told} {}", floors[what]);
             assert!(
                 scene[what] > plain[what] && scene[what] > before[what],
                 "{told}"

@@ -153,10 +153,7 @@ fn groups_are_bounded_in_every_frame() {
             }
         }
     }
-    assert!(
-        open > 50 && shut > 50 && proven > 20,
-        "{open} open, {shut} shut, {proven} with a lower bound all the same"
-    );
+    assert!(open > 50 && shut > 50 && proven > 20, "{open}");
 }
 
 /// What rests is measured to its end within K frames, whatever the budget, and then takes no more work.
@@ -184,10 +181,7 @@ fn groups_at_rest_are_measured_to_the_end() {
                 .any(|found| found.open > 0)
             {
                 used += 1;
-                assert!(
-                    scene.report().work <= budget && used <= frames,
-                    "{used} frames, promised are {frames}"
-                );
+                assert!(scene.report().work <= budget && used <= frames, "{used}");
             }
             for (asked, found) in asked.iter().zip(&scene.report().group_distances) {
                 assert_true(&scene, asked, found, &mut workspace);
@@ -312,22 +306,16 @@ fn groups_come_and_go_with_their_bodies() {
     assert_eq!(lows(&mut scene), [(first, 14.0), (other, 0.0)]);
     scene.set_filter(a, Filter::new(0, 0)).unwrap();
     scene.stop_measuring_groups(other).unwrap();
-    assert_eq!(
-        lows(&mut scene),
-        [(first, f64::INFINITY)],
-        "no two of them may meet"
-    );
+    // No two of them may meet.
+    assert_eq!(lows(&mut scene), [(first, f64::INFINITY)]);
     let third = scene.measure_groups(&[d], &[a], 1e-6).unwrap();
     scene.set_filter(a, Filter::default()).unwrap();
     assert_eq!(lows(&mut scene), [(first, 14.0), (third, 16.0)]);
     scene.remove(d).unwrap();
     let new = scene.insert(Body::moving(ball, at(3.0))).unwrap();
     assert_eq!(new.index(), d.index());
-    assert_eq!(
-        lows(&mut scene),
-        [(first, 14.0), (third, f64::INFINITY)],
-        "another body is none of it"
-    );
+    // Another body is none of it.
+    assert_eq!(lows(&mut scene), [(first, 14.0), (third, f64::INFINITY)]);
     scene.stop_measuring_groups(first).unwrap();
     assert_eq!(
         scene.stop_measuring_groups(first),

@@ -249,10 +249,8 @@ fn assert_sound(report: &Report, truth: &[(usize, usize, u64)], complete: bool) 
     };
     assert!(report.is_whole() || !complete);
     let lost = || truth.iter().any(|&(a, b, _)| !listed((a, b)));
-    assert!(
-        !report.is_whole() || !lost(),
-        "a pair was lost by the broad phase"
-    );
+    // A pair was lost by the broad phase.
+    assert!(!report.is_whole() || !lost());
     assert_eq!(report.intersecting, report.intersecting_pairs().count());
     let within = report
         .pairs
@@ -406,10 +404,7 @@ fn no_pair_waits_longer_than_promised_and_no_budget_is_passed() {
         }
         for budget in budgets {
             let share = budget / 8;
-            assert!(
-                !moves || dearest <= share,
-                "the test asks for more than is promised: {dearest}"
-            );
+            assert!(!moves || dearest <= share, "{dearest}");
             // What is expected of a pair can be twice what it takes.
             let frames = 2 * (2 * cost).div_ceil(share) + 1;
             let mut scene = Scene::new();
@@ -425,11 +420,8 @@ fn no_pair_waits_longer_than_promised_and_no_budget_is_passed() {
             }
             assert!(worst <= frames, "{worst} frames, promised are {frames}");
             if !moves {
-                assert_eq!(
-                    scene.report().decided,
-                    scene.report().pairs.len(),
-                    "at rest, all is known in the end"
-                );
+                // At rest, all is known in the end.
+                assert_eq!(scene.report().decided, scene.report().pairs.len());
             }
         }
     }
@@ -446,10 +438,7 @@ fn what_rests_is_decided_within_the_smallest_budgets() {
                 scene.set_pose(id, swing(body, 7 * place)).unwrap();
             }
             let decided = |_: &usize| detect(&mut scene, Budget::work(budget)).undecided() == 0;
-            assert!(
-                (0..4000).find(decided).is_some(),
-                "budget {budget}, place {place}"
-            );
+            assert!((0..4000).find(decided).is_some(), "{budget} {place}");
         }
     }
 }
@@ -494,10 +483,7 @@ fn important_pairs_are_decided_first() {
             pairs.all(|pair| pair.verdict != Verdict::Undecided),
             "frame {frame}"
         );
-        assert!(
-            report.undecided() > 0 || report.work < half,
-            "frame {frame}"
-        );
+        assert!(report.undecided() > 0 || report.work < half, "{frame}");
     }
 }
 
@@ -536,11 +522,8 @@ fn a_body_that_passes_through_between_two_frames_is_reported_on_its_way() {
             detect(&mut scene, Budget::unlimited()).pairs.len(),
             expected
         );
-        assert_eq!(
-            detect(&mut scene, Budget::unlimited()).pairs.len(),
-            0,
-            "it rests now"
-        );
+        // It rests now.
+        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
     }
 }
 
@@ -644,11 +627,7 @@ fn the_same_report_on_any_number_of_threads() {
     ] {
         let alone = play(1, budget);
         for threads in [2, 3, 7] {
-            assert_eq!(
-                play(threads, budget),
-                alone,
-                "{threads} threads, {budget:?}"
-            );
+            assert_eq!(play(threads, budget), alone, "{threads} {budget:?}");
         }
     }
 }

@@ -15,11 +15,8 @@ fn pairs_of_groups_that_ignore_each_other_are_not_reported_and_all_others_are() 
     let (mut scene, mut random) = (Scene::new(), Random::new(41));
     let names = ["robot", "cell", "part", "cable"];
     let groups = names.map(|name| scene.group(name));
-    assert_eq!(
-        groups,
-        names.map(|name| scene.group(name)),
-        "the same by the same name"
-    );
+    // The same by the same name.
+    assert_eq!(groups, names.map(|name| scene.group(name)));
     let mut bodies = Vec::new();
     let mut ignored = [[false; 4]; 4];
     let (mut seen, mut hidden) = (0, 0);
@@ -109,8 +106,6 @@ fn groups_and_names_of_another_scene_are_refused_and_names_end_with_their_bodies
         "body 0 (generation 0) is not in the scene"
     );
     let id = scene.insert(body).unwrap();
-    assert!(
-        scene.name(id).is_empty() && scene.group_of(id) == Ok(None),
-        "of a reused slot"
-    );
+    // Of a reused slot.
+    assert!(scene.name(id).is_empty() && scene.group_of(id) == Ok(None));
 }

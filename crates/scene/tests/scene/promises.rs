@@ -59,10 +59,8 @@ fn another_mode_is_another_question() {
     let any = detect(&mut scene, Budget::unlimited()).pairs[0];
     assert!(any.complete && any.found == 1);
     scene.set_mode(Mode::All);
-    assert!(
-        scene.certificate(a, b).unwrap().upper_bound >= found,
-        "nothing is known yet"
-    );
+    // Nothing is known yet.
+    assert!(scene.certificate(a, b).unwrap().upper_bound >= found);
     // Too little to begin: what was complete for the other question is not for this one.
     let none = detect(&mut scene, Budget::work(0)).pairs[0];
     assert_eq!((none.complete, none.verdict), (false, Verdict::Undecided));
@@ -203,10 +201,7 @@ fn a_pair_that_rests_beside_moving_contacts_is_decided_within_k_frames() {
             {
                 break;
             }
-            assert!(
-                (frames as u64) < k,
-                "budget {budget}: still undecided after {frames} frames"
-            );
+            assert!((frames as u64) < k, "{budget} {frames}");
         }
         decided += 1;
     }
@@ -267,11 +262,8 @@ fn what_an_arm_passes_on_its_arc_is_reported() {
             expected,
             "{degrees} degrees"
         );
-        assert_eq!(
-            detect(&mut scene, Budget::unlimited()).pairs.len(),
-            0,
-            "it rests now"
-        );
+        // It rests now.
+        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
     }
 }
 
@@ -344,10 +336,7 @@ fn swept_boxes_hold_the_whole_screw() {
             .unwrap();
         scene.set_pose(body, screw(1.0)).unwrap();
         let report = detect(&mut scene, Budget::unlimited());
-        assert!(
-            report.pair(body, other).is_some(),
-            "angle {angle}, slide {slide}"
-        );
+        assert!(report.pair(body, other).is_some(), "{angle} {slide}");
     }
 }
 
@@ -368,11 +357,8 @@ fn another_reach_takes_effect_from_the_frame_before_on() {
     }
     scene.set_reach(Reach::Swept);
     scene.set_pose(bullet, at(30.0, 0.0, 0.0)).unwrap();
-    assert_eq!(
-        detect(&mut scene, Budget::unlimited()).pairs.len(),
-        0,
-        "it passed long ago"
-    );
+    // It passed long ago.
+    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
     scene.set_pose(bullet, at(-30.0, 0.0, 0.0)).unwrap();
     assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 1);
 }
@@ -454,11 +440,8 @@ fn what_rounding_hides_is_complete_and_as_likely_as_not() {
             .unwrap()
     });
     let report = detect(&mut scene, Budget::unlimited());
-    assert_eq!(
-        report.pair(a, b).unwrap().verdict,
-        Verdict::Separated,
-        "at rest"
-    );
+    // At rest.
+    assert_eq!(report.pair(a, b).unwrap().verdict, Verdict::Separated);
     scene
         .set_motion(
             b,
@@ -724,10 +707,7 @@ fn what_rests_is_known_after_its_work_and_then_costs_nothing_under_any_budget() 
                 work += scene.report().work;
                 // A frame answers a pair, or spends half of its budget.
                 let most = 2 * (whole.pairs.len() as u64 + work / budget);
-                assert!(
-                    frames <= 50 + most,
-                    "{question} {budget}: {frames} of {most}"
-                );
+                assert!(frames <= 50 + most, "{question} {budget} {frames} {most}");
                 assert!(work <= 2 * whole_work, "{question} {budget}: {work}");
             }
             let verdicts = |report: &Report| -> Vec<_> {
@@ -737,11 +717,7 @@ fn what_rests_is_known_after_its_work_and_then_costs_nothing_under_any_budget() 
                     .collect()
             };
             if question != "groups" {
-                assert_eq!(
-                    verdicts(scene.report()),
-                    verdicts(&whole),
-                    "{question} {budget}"
-                );
+                assert_eq!(verdicts(scene.report()), verdicts(&whole), "{question}");
             }
         }
     }

@@ -237,11 +237,7 @@ fn assert_overlap(overlap: &Overlap, truth: &Truth, mode: Mode) {
     assert!(overlap.undecided.is_sorted());
     if overlap.is_whole {
         let is_named = |id: &BodyId| met.contains(id) || overlap.undecided.contains(id);
-        assert!(
-            truth.met.iter().all(is_named),
-            "{overlap:?} {:?}",
-            truth.met
-        );
+        assert!(truth.met.iter().all(is_named), "{overlap:?}");
     }
     if overlap.stop == StopReason::Finished {
         assert!(overlap.is_whole && overlap.undecided.is_empty());

@@ -87,10 +87,8 @@ fn further_change(world: &mut World) {
             Ok(())
         }
         _ => {
-            assert!(
-                scene.set_margin(x, f64::NAN).is_err(),
-                "it is not in the file"
-            );
+            // It is not in the file.
+            assert!(scene.set_margin(x, f64::NAN).is_err());
             Ok(())
         }
     }
@@ -108,10 +106,7 @@ fn a_replay_says_in_each_frame_what_the_recorded_scene_said_on_any_number_of_thr
             for (frame, told) in told.iter().enumerate() {
                 let budget = replay.next_frame(&mut scene).unwrap().unwrap();
                 scene.detect(budget);
-                assert!(
-                    said(&scene) == *told,
-                    "seed {seed}, frame {frame}, {threads} threads"
-                );
+                assert!(said(&scene) == *told, "{seed} {frame} {threads}");
             }
             assert!(replay.next_frame(&mut scene).unwrap().is_none());
         }

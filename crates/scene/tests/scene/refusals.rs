@@ -198,10 +198,7 @@ fn a_refused_call_leaves_a_scene_as_it_was() {
                     let _ = world.scene.detect(budget.clock(&clock));
                     world.said()
                 });
-                assert_eq!(
-                    told, untold,
-                    "frame {frame}, {mode:?}, measures: {measures}"
-                );
+                assert_eq!(told, untold, "{frame} {mode:?} {measures}");
             }
             // A resting scene that knows all does nothing.
             assert!(measures || worlds[0].scene.report().broad_phase_work == 0);
