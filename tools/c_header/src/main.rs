@@ -26,7 +26,10 @@ const SECTIONS: [(&str, &[&str]); 18] = [
         &["query", "estimate", "self_intersection"],
     ),
     ("Distance: how far apart are they?", &["distance"]),
-    ("Contacts: where do they touch?", &["contacts", "manifolds", "near_points"]),
+    (
+        "Contacts: where do they touch?",
+        &["contacts", "manifolds", "near_points"],
+    ),
     ("Motion: until when are they free?", &["motion"]),
     (
         "Penetration: how deep are they, and what parts them?",
