@@ -18,7 +18,7 @@ const CAMERA: punctual_depth_camera = punctual_depth_camera {
 fn depths() -> Vec<f32> {
     let pixel = |k: usize| {
         let (x, y) = ((k % 80) as f32 - 40.0, (k / 80) as f32 - 30.0);
-        if k % 7 == 0 {
+        if k.is_multiple_of(7) {
             f32::NAN
         } else {
             2000.0 - (900.0 - x * x - y * y).max(0.0)
