@@ -37,7 +37,7 @@ pub(super) const RESOLUTION: f64 = 64.0;
 /// The error is the reason why a call ends.
 pub(super) type Step<T = ()> = Result<T, StopReason>;
 
-/// What the search does next.
+/// The next step of the search.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Task {
     /// Searches the depth of a pair of convex components.
@@ -347,7 +347,7 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
         }
     }
 
-    /// What blocks a push, if anything does.
+    /// The obstacle that blocks a push, as a verdict.
     pub fn obstacle(&mut self, at: DVec3) -> Step<Verdict> {
         let query = Query::intersection(self.asked.a, self.asked.b, self.asked.pushed(at));
         self.ask(&self.kind(query))

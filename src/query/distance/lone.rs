@@ -132,7 +132,7 @@ impl Lone {
 }
 
 impl Lone {
-    /// The closest points of two triangles of which the lone body is a point.
+    /// The closest points of two triangles, one of which is a lone point.
     pub fn closest(&self, a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Closest> {
         if !self.is_a {
             return closest_to_point(a, b[0]);

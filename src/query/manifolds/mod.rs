@@ -102,10 +102,9 @@ pub struct ManifoldBounds {
     /// their distance: 0 only if they intersect, negative only of thickened surfaces that are sunk
     /// into each other. `None` if no contact was found.
     pub nearest: Option<([u32; 2], f64)>,
-    /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its
-    /// surface, or touching it from inside at most. So the solids overlap, but no manifold tells
-    /// how to part them. `None` if a surface goes through the other, and in a stopped query if it
-    /// is unknown.
+    /// Proven: this body, a solid, is inside the other, a closed solid, and at most touches its
+    /// surface from inside. So the solids overlap, but no manifold shows how to part them. `None`
+    /// if a surface goes through the other, and in a stopped query if it is unknown.
     pub within: Option<Operand>,
 }
 

@@ -13,7 +13,7 @@ use punctual_geom::tolerance::ROUNDING;
 use punctual_geom::triangle::distance::{Closest, closest_or_meeting, closest_to_point};
 use wide::f32x4;
 
-/// What is known of the distance of a point.
+/// Bounds of the distance of a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near {
     /// The least lower bound of the triangles tested.
@@ -40,7 +40,7 @@ const SHRINK: f32 = 1.0 - 64.0 * ROUNDING;
 /// Largest distance in units at which `f32` is useful for boxes.
 const LARGEST_REACH: f64 = 1e15;
 
-/// Relative bound of what is dropped behind a plane.
+/// Everything dropped behind a plane is at least this fraction of `high` away.
 const DROPPED: f64 = 1.0 - 1e-13;
 
 impl Near {

@@ -389,7 +389,7 @@ pub struct RayBounds {
 /// core.
 ///
 /// # Errors
-/// The reason why the deadline stopped it. Then the frontier holds what is open of the ray.
+/// The reason why the deadline stopped it. Then the frontier holds the open nodes of the ray.
 pub(crate) fn cast_alone(
     tree: &Tree,
     ray: &Ray,

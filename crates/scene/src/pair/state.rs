@@ -352,8 +352,8 @@ impl PairState {
 
     /// How early a contact was proven in the last motion: 1 at once, 0 at its end.
     pub fn urgency(&self) -> Option<f32> {
-        // Without this, the compiler compares times before it knows that there are any, which
-        // valgrind reports.
+        // Without `black_box` the compiler compares times before it has checked that there are any,
+        // which valgrind reports.
         let (.., times) = black_box(self.proven());
         (times.high <= 1.0).then_some(1.0 - times.low as f32)
     }

@@ -380,8 +380,8 @@ impl Schedule {
         }
     }
 
-    /// Reports the distances of groups, with what the tasks have found if there is time to read it.
-    /// Returns the time that it took.
+    /// Reports the distances of groups, with the findings of the tasks if there is time to read
+    /// them. Returns the time that it took.
     fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
         if frame.bodies.distance_requests.groups.is_empty() {
             return Duration::ZERO;

@@ -26,7 +26,7 @@ pub struct MovingBall {
     radius: f64,
 }
 
-/// What a step has shown.
+/// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BallStep {
     /// The ball touches first at this parameter of the ray.
