@@ -203,9 +203,8 @@ impl State {
         }
     }
 
-    /// The bounds of the depth. If the cores penetrate each other, the bodies do so deeper by both
-    /// radii: the translations at which they meet hold a ball of the radii around each of those of
-    /// the cores, so a way out of them is longer by that.
+    /// The bounds of the depth. If the cores penetrate each other, both radii add to their depth:
+    /// around each translation at which the cores meet, the bodies meet in a ball of both radii.
     fn bounds(&self) -> [f64; 2] {
         match self.radii {
             0.0 => [self.low, self.high],

@@ -1,9 +1,9 @@
 //! The distance of a point: bounds of boxes in `f32`, and of triangles in `f64`.
 //!
 //! A box is dropped if its squared distance is not below the square of the upper bound, or if it
-//! lies behind the plane through the nearest point found, perpendicular to the way to it. The first
-//! bound is sharp near the mesh. The second is sharp far from it, where the distances of all boxes
-//! differ by less than their rounding. Proof of both: `docs/numerics.md`.
+//! lies behind a plane: through the nearest point found, perpendicular to the line from the point
+//! to it. The first bound is sharp near the mesh. The second is sharp far from it, where the
+//! distances of all boxes differ by less than their rounding. Proof of both: `docs/numerics.md`.
 
 use crate::tree::{Node, Tree, WIDTH};
 use glam::DVec3;

@@ -148,8 +148,8 @@ pub(crate) struct PairState {
     /// The frame, low bits, before which no proof of a distance is tried; 0 if one may be tried at
     /// any time.
     pub proves_from: u16,
-    /// The last plane that separated them; the number of failures in a row; and the number of next
-    /// turns without planes.
+    /// The last plane that separated them, the number of failures in a row, and the number of turns
+    /// to come without planes.
     pub separating_plane: SeparatingPlane,
     pub in_vain: u8,
     pub without_planes: u8,

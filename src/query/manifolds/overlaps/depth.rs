@@ -66,8 +66,8 @@ pub(super) struct Spot {
     pub of: u32,
 }
 
-/// The directions of the faces along which the most of the curves runs, with their lengths: by the
-/// algorithm of Misra and Gries, too low by at most a quarter of the sum of all.
+/// The face directions along which the most of the curves runs, each with a length of curve (Misra
+/// and Gries). A length is too low by at most a quarter of the sum of all.
 #[derive(Clone, Copy, Debug, Default)]
 struct Directions([(DVec3, f64); 3]);
 
