@@ -1,11 +1,11 @@
 //! The one loop over node pairs, its stop rule and its guarantee.
 //!
-//! Every question ([`Visitor`]) about node pairs runs through [`traverse`]: intersection
-//! ([`meeting`]), distance and contacts ([`nearest`]), time of impact ([`motion`]), ray casts
-//! ([`ray`]), points ([`point`]) and containment ([`contained`]); with and without a budget, in
-//! every order. Two questions have a loop of their own beside it, under the same deadline:
-//! manifolds step through the overlaps after the contacts ([`overlaps`]), and [`motion`] goes from
-//! substep to substep, and skips those that its bounds prove free.
+//! Every question ([`Visitor`]) about node pairs runs through [`traverse`], with and without a
+//! budget, in every order: intersection ([`meeting`]), distance and contacts ([`nearest`]), time of
+//! impact ([`motion`]), ray casts ([`ray`]), points ([`point`]) and containment ([`contained`]).
+//! Two questions have a loop of their own beside it, under the same deadline. Manifolds step
+//! through the overlaps after the contacts ([`overlaps`]). A motion ([`motion`]) goes from substep
+//! to substep, and skips those that its bounds prove free.
 //!
 //! Each iteration does one step of bounded work: it tests triangle pairs, or opens a node pair of the
 //! frontier ([`expand`]). Before each step the deadline may end the call. Everything not done by

@@ -20,6 +20,7 @@ use glam::DVec3;
 
 pub(crate) use bytes::TRIANGLE_BYTES;
 use punctual_geom::Aabb;
+pub(crate) use survey::{Survey, survey};
 pub(crate) use vertices::Vertices;
 use vertices::{all_in_use, check_vertex, is_f32_exact};
 
@@ -213,16 +214,23 @@ impl Mesh {
         check_count(points.len())?;
         let mut mesh = Self {
             vertices: points,
-            triangles: Box::default(),
-            aabb: Aabb::EMPTY,
-            all_in_use: true,
-            is_cloud: true,
-            least_exponent: 0,
+            ..Self::no_points()
         };
         if !mesh.measure() {
             (0..mesh.len()).try_for_each(|i| check_vertex(i, mesh.vertices.get(i)))?;
         }
         Ok(mesh)
+    }
+
+    pub(crate) fn no_points() -> Self {
+        Self {
+            vertices: Vertices::F32(Box::default()),
+            triangles: Box::default(),
+            aabb: Aabb::EMPTY,
+            all_in_use: true,
+            is_cloud: true,
+            least_exponent: 0,
+        }
     }
 
     /// Stores f64 vertices as f32 if that keeps every bit of those in use.

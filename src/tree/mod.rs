@@ -50,6 +50,7 @@ mod unit;
 mod update;
 mod validate;
 mod wide;
+mod window;
 
 pub(crate) use cloud::{Leaf, Points, node};
 pub use convex::Convex;
@@ -62,6 +63,7 @@ pub use solid::{Component, Solid, SolidError, Solidity};
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
+pub use window::PointWindow;
 
 use crate::engine::options::OptionError;
 use crate::mesh::Mesh;

@@ -72,7 +72,7 @@ impl Tree {
     pub(super) fn follow_mesh(&mut self) {
         self.unit = Unit::of(&self.mesh);
         if self.is_cloud() {
-            self.fit_cloud();
+            self.fit_cloud(None);
         } else {
             self.unit
                 .place(&self.mesh, &self.corners, &mut self.triangles);

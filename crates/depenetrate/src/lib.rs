@@ -12,8 +12,8 @@
 //! Convex components come first: an expanding polytope in the difference of two of them (module
 //! `convex`) gives both bounds at once, and mostly ends the search.
 //!
-//! A set is the translations at which two triangles meet (module `sets`), or a ball: where a ball
-//! inside of A overlaps one inside of B, or holds a point of B's surface, the bodies meet.
+//! A set is the translations at which two triangles meet (module `sets`), or a ball: the bodies
+//! meet where a ball inside A overlaps one inside B, or holds a point of B's surface.
 //!
 //! The search is a machine (`machine`): each step does little work, or puts one question to the
 //! trees, and changes the state only when the answer is complete. So it stops and continues

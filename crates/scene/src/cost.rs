@@ -1,4 +1,4 @@
-//! Work that a frame charges for what is no query, in units of
+//! Work that a frame charges besides that of queries, in units of
 //! [`Budget::work`](punctual::Budget::work).
 
 use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};

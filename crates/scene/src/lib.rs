@@ -516,10 +516,10 @@ impl Scene {
     /// any budget.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of
-    /// overlapping boxes, than any before, and, in preparation, in the 64 frames after the scene
-    /// had more bodies than ever. Buffers then get room for twice as many, so there are few such
-    /// frames. Within the room made by [`Scene::reserve`] there are none. There are at most
-    /// [`Scene::set_max_pairs`] pairs, plus those whose distances are measured.
+    /// overlapping boxes, than any before. In preparation it also allocates in the 64 frames after
+    /// the scene had more bodies than ever. Buffers then get room for twice as many, so there are
+    /// few such frames. Within the room made by [`Scene::reserve`] there are none. There are at
+    /// most [`Scene::set_max_pairs`] pairs, plus those whose distances are measured.
     ///
     /// **Several questions, one budget.** The question of a pair whose boxes overlap is whether it
     /// meets. If its distance is [measured](Scene::measure), the distance is computed instead,
@@ -536,9 +536,9 @@ impl Scene {
     ///
     /// **Guarantee: no question starves.** Let `B` be the budget of each frame: work (at least
     /// `L`), or the time left by the broad phase and the steps before it. Let `R = B/8`. Let `C` be
-    /// the sum, over the overlapping pairs and the questions of each, of the cost of a complete
-    /// answer, or of the expected cost if that is more, plus `L` units for every frame in which the
-    /// question continues. `L` is 602, or 1,290 with [margins](Scene::set_margin),
+    /// the sum of costs over the questions of all overlapping pairs. A question costs its complete
+    /// answer, or the expected cost if that is more, plus `L` units for every frame in which it
+    /// continues. `L` is 602, or 1,290 with [margins](Scene::set_margin),
     /// [distances](Scene::measure) or [motions](Scene::set_motion), or 3,690 with contacts. Then
     /// each question of each pair has a turn within **`K = 2 ⌈C/R⌉ + 1`** frames. A question that
     /// costs at most `R`, or whose bodies rest, is answered at least once in `K` frames.

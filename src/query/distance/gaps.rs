@@ -139,9 +139,9 @@ impl<'r, const DIRECTED: bool> Gaps<'r, DIRECTED> {
         }
     }
 
-    /// Ends of boxes along the direction: of A the upper ones, from their own axes; of B the
-    /// negated lower ones, from the centres as seen from A and the half extents along their own
-    /// axes. Their sum is a depth.
+    /// Ends of boxes along the direction, whose sum is a depth. A's are the upper ends, from its
+    /// own axes. B's are the negated lower ends, from the centres as seen from A and the half
+    /// extents along its own axes.
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, is_a: bool, boxes: &Boxes<L>, seen: &Boxes<L>) -> F8<L> {
         if !DIRECTED {

@@ -16,7 +16,7 @@ pub(crate) const DIVE: f32 = 0.4;
 /// Maximum number of triangle pairs that are put off; further pairs are tested when they are found.
 const PUT_OFF: usize = 1024;
 
-/// A triangle pair (tree order) and the lower bound proven of what the question asks for.
+/// A triangle pair (tree order) and the proven lower bound of its distance or time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounded {
     pub pair: [u32; 2],

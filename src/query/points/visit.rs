@@ -388,7 +388,7 @@ impl Workspace {
         }
     }
 
-    /// What is known of the current point.
+    /// Bounds for the current point.
     pub(super) fn point_bounds(&self, tree: &Tree, is_finished: bool) -> PointBounds {
         let state = &self.state.points;
         let mut bounds = PointBounds {

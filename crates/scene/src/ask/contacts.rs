@@ -64,7 +64,7 @@ impl ContactPoint {
     }
 }
 
-/// What is known of the contacts of two bodies: [`Scene::contacts`].
+/// The known contacts of two bodies: [`Scene::contacts`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Contacts<'s> {
@@ -262,7 +262,7 @@ impl Scene {
         self.pairs.reserve_touches();
     }
 
-    /// What is known of two bodies without points. `is_apart`: they are separated now.
+    /// The answer for two bodies without points. `is_apart`: they are separated now.
     fn without_points(&self, key: PairKey, is_apart: bool) -> Contacts<'_> {
         let (bodies, frame) = (&self.bodies, self.report.frame);
         let skin = bodies.pair(key).map_or(0.0, margins);
@@ -310,8 +310,8 @@ impl Scene {
         low.max(self.bodies.boxes_apart(key)[0])
     }
 
-    /// What is known of the contacts of two bodies, as far as the frames so far have found them, if
-    /// requested ([`Scene::find_contacts`]). No points if the bodies were found separated.
+    /// The contacts of two bodies, as far as the frames so far have found them, if requested
+    /// ([`Scene::find_contacts`]). No points if the bodies were found separated.
     ///
     /// A question that was cut short reports a part of the contacts, and continues in the next
     /// frame if the bodies rest. Points stay until there are newer ones, with a

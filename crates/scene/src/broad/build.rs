@@ -16,8 +16,9 @@ use punctual_geom::Aabb;
 /// Bodies per step.
 const STEP: usize = 16;
 
-/// Bodies per sample, and the distance of their places in a range, modulo its length: a prime, so
-/// that they are different bodies, scattered so that no pattern of the bodies is that of the sample.
+/// Bodies per sample, and the distance of their places in a range, modulo its length. The distance
+/// is a prime, so that the bodies differ, and large, so that no pattern in the range repeats in the
+/// sample.
 const SAMPLE: usize = 31;
 const SCATTER: u64 = 2_654_435_761;
 

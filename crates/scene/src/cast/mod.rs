@@ -32,7 +32,7 @@ use punctual_geom::Aabb;
 use ray::{BodyHit, SceneCast};
 use shape::BodyOverlap;
 
-/// What matters to a question, and in which order.
+/// The region that matters to a question, and the order in which it is searched.
 trait Region {
     fn sight(&self) -> &Sight;
 
@@ -122,7 +122,7 @@ impl Scene {
     }
 }
 
-/// What a walk searches.
+/// The bodies and the broad phase that a walk searches.
 struct Walk<'s> {
     bodies: &'s Bodies,
     broad: &'s Broad,

@@ -385,7 +385,7 @@ impl Probe for ShapeProbe<'_> {
     }
 }
 
-/// What a walk with a shape has found.
+/// The results of a walk with a shape.
 struct Found {
     low: f64,
     high: f64,

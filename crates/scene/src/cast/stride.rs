@@ -15,7 +15,7 @@ use punctual::clock::ManualClock;
 use punctual::engine::Deadline;
 use punctual_geom::{Aabb, length};
 
-/// What is near a body.
+/// The surroundings of a body.
 struct Around {
     sight: Sight,
     bounds: Aabb,

@@ -1,4 +1,4 @@
-//! What is known of the contacts of two bodies, kept from frame to frame.
+//! The known contacts of two bodies, kept from frame to frame.
 
 use super::spent::Spent;
 use super::state::PairState;

@@ -8,9 +8,9 @@
 //!   and, unless work is limited, those that met are searched ([`revisit`]). In a *tight* frame, which
 //!   has little time left for rounds, all known pairs are. The pairs decided are reported however
 //!   little of the frame is left.
-//! - A task has one question. If its distance is known and a body moves, the task continues with the
-//!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
-//!   contacts are requested, with the contacts.
+//! - A task has one question. Its next question follows in the next round, with a new rank: the
+//!   time of impact after a distance, if a body moves; the contacts of a pair found to meet, if
+//!   they are requested.
 //! - If the expected cost fits the budget, all pairs are run to their ends.
 //!   Without a budget and on several threads, this begins in the first round, part by part while
 //!   the list is made.
@@ -380,8 +380,8 @@ impl Schedule {
         }
     }
 
-    /// Reports the distances of groups, with what the tasks have found if there is time to read it.
-    /// Returns the time that it took.
+    /// Reports the distances of groups, with the findings of the tasks if there is time to read
+    /// them. Returns the time that it took.
     fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
         if frame.bodies.distance_requests.groups.is_empty() {
             return Duration::ZERO;

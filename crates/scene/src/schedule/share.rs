@@ -54,8 +54,8 @@ impl<'c> Share<'c> {
             work.saturating_add(BROAD_PHASE_WORK)
                 .saturating_sub(listing(found))
         });
-        // Without this, the compiler computes with missing values before they are needed, which
-        // valgrind reports.
+        // Without `black_box` the compiler computes with missing values before they are needed,
+        // which valgrind reports.
         let [started, limit] = black_box(left.unwrap_or_default());
         Self {
             is_timed: left.is_some(),
@@ -94,7 +94,7 @@ impl<'c> Share<'c> {
         closing.learn(self.clock.now().saturating_sub(end), most);
     }
 
-    /// What is left of this many sixths of the work of the broad phase.
+    /// The work left of this many sixths of the work of the broad phase.
     fn work_left(&self, sixths: u64) -> u64 {
         self.work.map_or(u64::MAX, |work| {
             (work / 6 * sixths).saturating_sub(self.spent)

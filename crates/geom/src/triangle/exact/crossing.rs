@@ -26,7 +26,7 @@ impl Heading {
     }
 }
 
-/// What a triangle is to a ray.
+/// How a ray crosses a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crossing {
     Missed,

@@ -51,7 +51,7 @@ pub(crate) struct Decision {
     pub verdict: Verdict,
 }
 
-/// What the searches of a frame need.
+/// The inputs of the searches of a frame.
 pub(crate) struct Search<'s, 'c> {
     pub frame: &'s Frame<'c>,
     pub broad: &'s Broad,
@@ -62,8 +62,8 @@ pub(crate) struct Search<'s, 'c> {
     pub assigned: usize,
     pub part: usize,
     pub scratch: &'s mut Box<Workspace>,
-    /// The time until which searches begin, and that at which the last must end: what is cut short
-    /// is lost.
+    /// The time until which searches begin, and the time at which the last must end: a search cut
+    /// short is lost.
     pub end: Option<Duration>,
     pub latest_end: Option<Duration>,
     /// The latter, for searches on this thread: a deadline in use knows the pace of the work.
