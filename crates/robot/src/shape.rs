@@ -192,7 +192,7 @@ impl Inner {
         if self.tree.solid().is_some() || self.tree.radius() == 0.0 {
             return inside(&self.tree, p).is_inside();
         }
-        // A sphere or a capsule: what is within the radius of the middle is inside.
+        // A sphere or a capsule: points within the radius of the middle are inside.
         p.length_squared() <= self.tree.radius() * self.tree.radius()
     }
 

@@ -158,7 +158,7 @@ const HARMLESS: [(&str, &[&str]); 5] = [
     ("geometry", &[]),
 ];
 
-/// What was passed over, with its line.
+/// The elements that were passed over, with their lines.
 #[derive(Default)]
 struct Notices(Vec<(u32, String)>);
 
