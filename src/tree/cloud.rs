@@ -1,10 +1,10 @@
 //! Trees of point clouds. The leaves are blocks of eight points that are near each other, and are
 //! not stored: a query makes the leaf of a block when it opens it.
 //!
-//! Points are sorted along a Hilbert curve and cut into blocks; a binary SAH tree over the blocks is
-//! collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number of
-//! stored nodes on are those of the blocks. A point is a triangle without extent, so every question
-//! that can be asked about a mesh has the same proofs for a cloud.
+//! Points are sorted along a Hilbert curve and cut into blocks; a binary SAH tree over the blocks
+//! is collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number
+//! of stored nodes on are those of the blocks. A point is a triangle without extent, so every
+//! question that can be asked about a mesh has the same proofs for a cloud.
 
 use super::alpha::log_alpha;
 use super::collapse::Plan;
@@ -260,8 +260,8 @@ impl Tree {
         (block as usize, point - self.blocks.start(block))
     }
 
-    /// Computes all boxes and profiles of a cloud. The boxes of the blocks may be known. `O(n)`, and
-    /// allocates nothing.
+    /// Computes all boxes and profiles of a cloud. The boxes of the blocks may be known. `O(n)`,
+    /// and allocates nothing.
     pub(super) fn fit_cloud(&mut self, boxes: Option<&[Extent]>) {
         let mut nodes = core::mem::take(&mut self.nodes);
         let mut profiles = core::mem::take(&mut self.profiles);

@@ -55,8 +55,8 @@ pub(crate) struct Search {
     /// Pairs that may be the closest according to that test; the last is the most likely.
     pub proposed: ArrayVec<Bounded, WIDTH>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
-    /// The least key of pairs that were dropped when they were popped. Its root is computed once, at
-    /// the end of a call.
+    /// The least key of pairs that were dropped when they were popped. Its root is computed once,
+    /// at the end of a call.
     pub dropped: f32,
     pub halves: Halves,
     /// If a body is lone ([`Lone`](super::lone::Lone)), true if it is A. The pairs of the frontier

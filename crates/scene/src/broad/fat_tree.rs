@@ -209,8 +209,8 @@ impl FatTree {
         true
     }
 
-    /// Adds pairs that may meet, of overlapping fat AABBs of which one is new. Returns true if these
-    /// are all, false if there are at least `enough`; `None` if the deadline came first.
+    /// Adds pairs that may meet, of overlapping fat AABBs of which one is new. Returns true if
+    /// these are all, false if there are at least `enough`; `None` if the deadline came first.
     pub fn search(
         &mut self,
         bodies: &Bodies,

@@ -27,12 +27,13 @@ impl Forecast {
     };
 
     /// The forecast of a pair decided `age` frames ago, from its record, or else from the fourth
-    /// roots of the triangle counts, and from the [overlap](crate::body::Bodies::common_part) of the
-    /// boxes.
+    /// roots of the triangle counts, and from the [overlap](crate::body::Bodies::common_part) of
+    /// the boxes.
     #[inline]
     pub fn new(known: &Known, age: f32, sizes: [f32; 2], part: f32) -> Self {
         let cost = match known.cost {
-            // Near contact, work grows about like the fourth root of the product of the triangle counts.
+            // Near contact, work grows about like the fourth root of the product of the triangle
+            // counts.
             0 => (40.0 * sizes[0] * sizes[1]) as u32,
             cost => cost,
         };
