@@ -82,17 +82,17 @@ pub struct PointWindow {
     survey: Survey,
 }
 
-/// What is known of points along the curve.
+/// Points along the curve: their places, and their numbers in the order of insertion.
 #[derive(Clone, Debug, Default)]
 struct Along {
     places: Vec<u32>,
-    /// How many points were inserted before, modulo 2^32.
+    /// For each point, the number of points inserted before it, modulo 2^32.
     numbers: Vec<u32>,
-    /// How many points had been inserted in all.
+    /// Number of points inserted in all.
     inserted: u64,
 }
 
-/// What is done next, and how far it is done.
+/// The next step, and its progress.
 #[derive(Clone, Copy, Debug)]
 enum Stage {
     Idle,
@@ -156,7 +156,7 @@ impl PointWindow {
         inserted - u64::from((*inserted as u32).wrapping_sub(numbers[id as usize]))
     }
 
-    /// Takes the points of a frame, in the frame of the tree. They are in the tree when
+    /// Takes the points of one frame of the sensor, in the coordinates of the tree. They are in the tree when
     /// [`advance`](Self::advance) is done. `O(points)`.
     ///
     /// # Errors

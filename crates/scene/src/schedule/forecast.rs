@@ -98,8 +98,8 @@ const HALF_PART: f32 = 0.1;
 /// P(contact) of a pair that was never decided is one half if the square of the overlap is this.
 const NEVER_DECIDED: f32 = 0.1;
 
-/// P(contact) of a pair that was separated: the factor per frame since, per unit of work that the
-/// separation took plus `MORE_WORK`, and per overlap; and the upper limit.
+/// P(contact) of a separated pair is the product of this factor, the frames since, the work of the
+/// separation plus `MORE_WORK`, and the overlap of the boxes; at most `MOST_OF_APART`.
 const NEW_CONTACT: f32 = 2.5e-5;
 const MORE_WORK: f32 = 1000.0;
 const MOST_OF_APART: f32 = 0.5;
