@@ -82,7 +82,7 @@ fn mapped(nodes: &[Node], factors: DVec3) -> Box<[Node]> {
     for node in nodes {
         let mut node = *node;
         if node.orientation >= MESH_ORIENTATION {
-            // The node that chose the orientation; the root for that of the whole mesh.
+            // The node that chose this orientation; the root chose that of the whole mesh.
             let chooser = (node.orientation - MESH_ORIENTATION).saturating_sub(1) as usize;
             match mapped.get(chooser) {
                 Some(chooser) => node.rows = chooser.rows,

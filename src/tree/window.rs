@@ -168,7 +168,7 @@ impl PointWindow {
         let newest = &points[points.len().saturating_sub(self.capacity)..];
         self.waiting
             .extend(newest.iter().map(|&point| point.into()));
-        // The oldest would expire; less often than each time, so that this takes linear time.
+        // The oldest would expire. Dropping them only sometimes takes linear time in all.
         if self.waiting.len() > self.capacity.saturating_mul(2) {
             self.waiting.drain(..self.waiting.len() - self.capacity);
         }

@@ -234,7 +234,7 @@ impl Scene {
     /// are computed anew once.
     ///
     /// # Errors
-    /// If the distance is not measured, or by another scene.
+    /// If this scene does not measure the distance.
     pub fn stop_measuring_groups(&mut self, id: MeasureId) -> Result<(), SceneError> {
         let frame = self.next_frame();
         self.edit(|bodies| {
