@@ -352,7 +352,8 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
         self.ask(&self.kind(query))
     }
 
-    /// The question about solids, or about surfaces only; first of all about the cores.
+    /// The question about solids or surfaces: about their cores, until the search is about
+    /// thickened bodies.
     pub fn kind<'q>(&self, query: Query<'q, Intersection>) -> Query<'q, Intersection> {
         let query = self.asked.kind(query);
         if self.state.is_thick {

@@ -508,8 +508,8 @@ impl Checker {
     /// with the same answer.
     ///
     /// The nearer shapes come to each other, the shorter are the intervals that can be proven, and
-    /// the more of them are needed: about 1 / gap between two moving shapes, and 1 / sqrt(gap) along
-    /// what stands still, or as few as the length needs where the motion is straight.
+    /// the more of them are needed: about 1 / gap between two moving shapes, and 1 / sqrt(gap)
+    /// along what stands still, or as few as the length needs where the motion is straight.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].

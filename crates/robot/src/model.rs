@@ -130,7 +130,7 @@ pub(crate) struct PlacedShape {
 }
 
 impl PlacedShape {
-    /// A shape at a pose in the frame of a link, or of the world, which is in a body.
+    /// A shape at a pose in the frame of a link or of the world. That frame is fixed to a body.
     pub fn new(
         id: ShapeId,
         name: String,

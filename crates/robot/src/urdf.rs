@@ -49,8 +49,8 @@ impl UrdfOptions {
 impl Model {
     /// Reads a robot from a URDF file: the collision shapes, not the visual ones.
     ///
-    /// A planar joint `base` becomes the joints `base/x`, `base/y` and `base/yaw`, about its axis; a
-    /// floating one `base/x`, `base/y`, `base/z`, `base/yaw`, `base/pitch` and `base/roll`. Each
+    /// A planar joint `base` becomes the joints `base/x`, `base/y` and `base/yaw`, about its axis;
+    /// a floating one `base/x`, `base/y`, `base/z`, `base/yaw`, `base/pitch` and `base/roll`. Each
     /// turn is about an axis that the ones before have turned.
     ///
     /// # Errors

@@ -231,13 +231,14 @@ impl Scene {
         record!(self, SetMaxPairs(pairs));
     }
 
-    /// Shares the work of [`Scene::detect`] among `threads` threads, including the caller's. Queries
-    /// are shared. The caller tests the latest witnesses, places bodies, and finds and lists pairs.
-    /// In a frame without a budget the other threads run queries while pairs are listed.
+    /// Shares the work of [`Scene::detect`] among `threads` threads, including the caller's.
+    /// Queries are shared. The caller tests the latest witnesses, places bodies, and finds and
+    /// lists pairs. In a frame without a budget the other threads run queries while pairs are
+    /// listed.
     ///
-    /// Each frame wakes the threads. They poll for batches for up to 0.2 ms before they sleep again.
-    /// The state of a pair moves between the cores that work on it. So if communication between the
-    /// cores is slow, threads gain less, or nothing if frames are short.
+    /// Each frame wakes the threads. They poll for batches for up to 0.2 ms before they sleep
+    /// again. The state of a pair moves between the cores that work on it. So if communication
+    /// between the cores is slow, threads gain less, or nothing if frames are short.
     ///
     /// # Errors
     /// If the operating system cannot start a thread. The scene then keeps its threads.
@@ -338,8 +339,8 @@ impl Scene {
         name.map_or("", |name| name)
     }
 
-    /// The message of an error of this scene, with the name of the body that it is about. Takes time
-    /// linear in the bodies with names.
+    /// The message of an error of this scene, with the name of the body that it is about. Takes
+    /// time linear in the bodies with names.
     ///
     /// ```
     /// use punctual::{Pose, Tree, shapes};
@@ -456,8 +457,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, like one
-    /// that the [filters](Filter) exclude. An ignored pair is forgotten with one of its bodies.
+    /// Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, like
+    /// one that the [filters](Filter) exclude. An ignored pair is forgotten with one of its bodies.
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.
@@ -512,8 +513,8 @@ impl Scene {
     /// except that one in four is another body. None waits for ever if budgets allow a step at all.
     /// Bodies that rest are known after some frames, as without a budget. While nothing changes, a
     /// frame goes on with the report of the last one: it lists further pairs and continues the
-    /// stopped runs. Once all is decided, distances of groups included, the report is repeated within
-    /// any budget.
+    /// stopped runs. Once all is decided, distances of groups included, the report is repeated
+    /// within any budget.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of
     /// overlapping boxes, than any before. In preparation it also allocates in the 64 frames after

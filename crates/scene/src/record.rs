@@ -254,8 +254,8 @@ impl<R: Read> Replay<R> {
     }
 
     /// Changes a scene, at first an empty one, as the recorded scene was changed up to its next
-    /// [`Scene::detect`], and returns the budget of that call; `None` after the last one. The caller
-    /// runs the frame, with this budget or another one.
+    /// [`Scene::detect`], and returns the budget of that call; `None` after the last one. The
+    /// caller runs the frame, with this budget or another one.
     ///
     /// # Errors
     /// If the file cannot be read or is not a recording; the error names the line or the byte. The

@@ -307,7 +307,7 @@ impl<const DIRECTED: bool> Measure for Gaps<'_, DIRECTED> {
         let ([_, a_along], [b_along, _]) = (ends(lanes, a, unit), ends(lanes, b, unit));
         let (normals_a, normals_b) = (normals(lanes, a), normals(lanes, b));
         let (own_a, [b_low, b_high]) = (ends(lanes, a, normals_a), ends(lanes, b, normals_b));
-        // Those of A one by one, in all lanes.
+        // Takes the triangles of A one by one, each in all lanes.
         let (a_along, a_low, a_high) = (a_along.store(), own_a[0].store(), own_a[1].store());
         let normals_a = per_axis!(k => normals_a[k].store());
         let a = per_axis!(corner => per_axis!(k => a[corner][k].store()));

@@ -1,8 +1,8 @@
 //! Points among the nodes and triangles of one tree: a ray that is counted along, the boundary of
 //! an open surface, and the nearest triangle; one after the other for each point.
 //!
-//! As in ray casts, nodes have keys ([`Pair::keyed`]), used for the nearest triangle only. Nodes are
-//! finished depth-first.
+//! As in ray casts, nodes have keys ([`Pair::keyed`]), used for the nearest triangle only. Nodes
+//! are finished depth-first.
 
 use super::near::Near;
 use super::rim::{Turn, Viewer};

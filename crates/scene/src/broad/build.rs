@@ -1,7 +1,8 @@
 //! Builds the tree of fat AABBs in steps, so that a frame may end between any two of them.
 //!
-//! Top down, each range of bodies is split along an axis at the median of a sample of their middles,
-//! so that the tree is nearly balanced and its paths are short. The next refit computes its boxes.
+//! Top down, each range of bodies is split along an axis at the median of a sample of their
+//! middles, so that the tree is nearly balanced and its paths are short. The next refit computes
+//! its boxes.
 
 use super::node::{NONE, Node, Proxy};
 use crate::cost::WORK_PER_BUILT_LEVEL;
@@ -167,8 +168,9 @@ impl Build {
         });
     }
 
-    /// Compares the next bodies with the pivot. After the last, queues the parts before and from the
-    /// pivot, the first one first: its root is the next node. Returns the number of bodies compared.
+    /// Compares the next bodies with the pivot. After the last, queues the parts before and from
+    /// the pivot, the first one first: its root is the next node. Returns the number of bodies
+    /// compared.
     fn partition(&mut self, mut partition: Partition, proxies: &[Proxy]) -> usize {
         let Range { begin, end, .. } = partition.range;
         let from = partition.at;

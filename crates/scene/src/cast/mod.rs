@@ -1,6 +1,6 @@
 //! Questions about a scene between frames. Which body does a ray hit ([`ray`])? Which does a moving
-//! shape hit, which does a shape meet, and which is the closest to it ([`shape`])? How far may a body
-//! move ([`stride`])?
+//! shape hit, which does a shape meet, and which is the closest to it ([`shape`])? How far may a
+//! body move ([`stride`])?
 //!
 //! Each question is a [`Probe`]: it has a lower bound for all that is in a box, and asks one body
 //! at a time. One walk through the tree of fat AABBs and the trees of the bodies, in the order of

@@ -1,5 +1,5 @@
-//! A compact record of every pair of near bodies: a frame reads all of them, and the states of those
-//! that have a turn.
+//! A compact record of every pair of near bodies: a frame reads all of them, and the states of
+//! those that have a turn.
 
 use crate::body::{Bodies, triangle_ids};
 use crate::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_ROOT_TEST, WORK_PER_WITNESS};

@@ -417,8 +417,8 @@ impl<'l> Listing<'l> {
         true
     }
 
-    /// Lists a pair whose bodies moved and whose only question is whether they meet. Its state is not
-    /// read.
+    /// Lists a pair whose bodies moved and whose only question is whether they meet. Its state is
+    /// not read.
     #[inline(always)]
     fn list_open(&mut self, pair: Candidate, known: &Known) {
         let frame = self.frame;

@@ -24,7 +24,8 @@ pub(crate) const PAIR: End = End {
     eighths_of_time: 6,
 };
 
-/// Maximum time that counts for a list after its deadline, and for each pair found before, nanoseconds.
+/// Maximum time that counts for a list after its deadline, and for each pair found before,
+/// nanoseconds.
 const MOST_CLOSING: f64 = 10_000.0;
 const MOST_OF_FOUND: f64 = 250.0;
 
@@ -75,8 +76,8 @@ impl<'c> Share<'c> {
         self.run_until(end, self.work_left(step.sixths_of_work), run);
     }
 
-    /// Runs the list in half of the time left, and measures how long it takes after that (`closing`):
-    /// the pairs found before are listed in any case.
+    /// Runs the list in half of the time left, and measures how long it takes after that
+    /// (`closing`): the pairs found before are listed in any case.
     pub fn list(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline)) {
         let (work, of_found) = (self.work_left(6), listing(self.found));
         if !self.is_timed {

@@ -222,7 +222,7 @@ impl Skin {
     #[inline]
     pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3, nearest: f64) -> bool {
         let is_within = |cone: &Cone| {
-            // If a normal leans by 47 degrees, its two points are this far apart across the axis.
+            // If a normal leans by 47 degrees, its two points are `shift` apart across the axis.
             let (bonus, shift) = (-self.lean * low, ACROSS_CONE * low);
             self.lean > ACROSS_CONE
                 && low >= NEAR * cone.nearest.distance

@@ -1,5 +1,5 @@
-//! Searches before the broad phase: known pairs that the tests of their witnesses leave open. A pair
-//! is *hot* if it met, or if its rank is not far below that at which the last frame ended its
+//! Searches before the broad phase: known pairs that the tests of their witnesses leave open. A
+//! pair is *hot* if it met, or if its rank is not far below that at which the last frame ended its
 //! searches.
 //!
 //! First the pairs whose turn it is, in a share of the frame. If a long search exceeds this share,
