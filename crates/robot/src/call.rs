@@ -100,7 +100,6 @@ impl<'c> Call<'c, '_> {
         Ok(())
     }
 
-    /// True if a pair counts.
     pub fn counts(&self, pair: u32) -> bool {
         let is_timed = self.world.pairs[pair as usize].is_timed;
         match self.pairs {
