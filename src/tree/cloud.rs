@@ -299,7 +299,6 @@ impl Tree {
         self.blocks.start(self.blocks.of(point))
     }
 
-    /// The leaf of a block.
     #[inline(always)]
     pub(crate) fn leaf<L: Lanes>(&self, lanes: L, number: u32) -> Leaf {
         let range = self.block(number);

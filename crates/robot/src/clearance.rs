@@ -250,7 +250,6 @@ pub(crate) struct Measured {
     pub points: [DVec3; 2],
 }
 
-/// True if a pair is in the scope.
 pub(crate) fn counts(world: &World, number: u32, scope: Scope) -> bool {
     let a = world.pairs[number as usize].a as usize;
     let with_obstacle = world.shapes[a].body == 0 && a >= world.model.shapes.len();

@@ -136,7 +136,7 @@ pub struct Horizon {
 pub struct Ahead {
     /// The share of the full speed at the end of the cycle that begins now.
     pub speed: f64,
-    /// The time of the plan then.
+    /// The time of the plan at the end of this cycle.
     pub time: f64,
     /// The time of the plan at which the robot stands if it brakes from then on.
     pub stops_at: f64,

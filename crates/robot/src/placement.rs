@@ -178,7 +178,6 @@ impl Placement {
         self.placed += 1;
     }
 
-    /// A shape in the world.
     #[inline]
     pub fn shape(&mut self, world: &World, i: u32) -> Transform {
         let shape = &mut self.shapes[i as usize];

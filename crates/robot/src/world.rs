@@ -89,7 +89,6 @@ impl World {
         world
     }
 
-    /// Index of a shape.
     pub fn index(&self, id: ShapeId) -> Option<usize> {
         let found = self.shapes.binary_search_by_key(&id, |shape| shape.id);
         found.ok()
@@ -101,7 +100,6 @@ impl World {
         self.model.link_number(name).is_ok() || shapes.any(|shape| &*shape.name == name)
     }
 
-    /// Index of an obstacle.
     pub fn obstacle(&self, id: ShapeId) -> Result<usize, RobotError> {
         let found = self.index(id);
         let obstacle = found.filter(|&at| at >= self.model.shapes.len());

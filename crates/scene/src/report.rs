@@ -275,7 +275,6 @@ impl Report {
         self.complete += 1;
     }
 
-    /// Counts a verdict.
     #[inline(always)]
     fn count(&mut self, verdict: Verdict) {
         self.decided += usize::from(verdict != Verdict::Undecided);
@@ -284,7 +283,6 @@ impl Report {
         self.contained += usize::from(matches!(verdict, Verdict::Contained { .. }));
     }
 
-    /// Adds work and BV tests.
     pub(super) fn spend(&mut self, spent: Spent) {
         self.work += spent.work;
         self.bv_tests += spent.bv_tests;

@@ -49,7 +49,6 @@ impl Known {
         }
     }
 
-    /// True if no pair is known.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()

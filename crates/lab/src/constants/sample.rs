@@ -101,7 +101,7 @@ impl Sampler<'_> {
         mode: Mode,
         complete: &Answer<Verdict>,
         memory: Option<&PairMemory>,
-        marches: bool,
+        traces: bool,
     ) {
         let last = match memory.map(|memory| (memory.history(), memory.last_bv_tests())) {
             None => None,
@@ -111,7 +111,7 @@ impl Sampler<'_> {
             }),
             Some(_) => return,
         };
-        let lead = if marches { Lead::Curves } else { Lead::Nothing };
+        let lead = if traces { Lead::Curves } else { Lead::Nothing };
         let roots = [&self.case.a, &self.case.b]
             .map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));
         let sample = |stop, frontier, end: &Answer<Verdict>| Sample {

@@ -45,7 +45,6 @@ impl Frame<'_> {
         self.executor.threads()
     }
 
-    /// True for a budget of time.
     pub fn is_timed(&self) -> bool {
         self.budget.time_limit().is_some()
     }
