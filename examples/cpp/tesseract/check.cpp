@@ -64,8 +64,9 @@ int main() {
     manager.setCollisionObjectsTransform(ball, at(x, 0, 0));
     auto copy = manager.clone();
     found = contacts(*copy);
-    CHECK(found.size() == 1 && std::abs(found[0].distance + 1.5 - x) < 2e-3 * (1.5 - x));
-    CHECK((found[0].normal - Eigen::Vector3d::UnitX()).norm() < 1e-2);
+    // A push is no shorter than the shortest one, and hardly longer.
+    CHECK(found.size() == 1 && found[0].distance < x - 1.5 + 1e-9 && found[0].distance > 1.01 * (x - 1.5));
+    CHECK(found[0].normal.x() > 0.99);
   }
 
   // Each pair of shapes; what may touch, is off, or is gone.
@@ -84,7 +85,7 @@ int main() {
   auto faces = std::make_shared<Eigen::VectorXi>(9);
   *faces << 4, 0, 1, 2, 3, 3, 1, 4, 2;
   const LinkId roof("roof");
-  CHECK(manager.addCollisionObject(roof, 0, {std::make_shared<Mesh>(vertices, faces)}, {at(0, 0, 0)}));
+  CHECK(manager.addCollisionObject(roof, 0, {std::make_shared<PolygonMesh>(vertices, faces)}, {at(0, 0, 0)}));
   manager.setActiveCollisionObjects({roof});
   manager.setCollisionObjectsTransform(roof, at(0, 0, 1.25));
   manager.setCollisionObjectsTransform(ball, at(9, 0, 0));

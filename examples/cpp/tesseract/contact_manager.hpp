@@ -2,7 +2,8 @@
 //
 // - Spheres and capsules are exact; boxes, cones, cylinders and convex meshes are solids; meshes are surfaces. Cylinders and cones are
 //   prisms around the true ones (docs/guide/shapes.md). Planes, octrees, distance fields and compound meshes are refused.
-// - A distance is that of the closest points of two shapes; the depth of shapes that meet is the shortest push that was found, below 0.
+// - A distance is that of the closest points of two shapes; of shapes that meet it is the shortest push that was found, below 0. For
+//   spheres and capsules that may be 1 % more than the shortest one.
 // - A budget for each pair of shapes may be set. A pair that it leaves open counts with the least distance that is not yet excluded: a
 //   contact may be told that is none, and none is missed.
 
