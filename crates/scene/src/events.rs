@@ -70,7 +70,7 @@ impl Events {
         self.last.len()
     }
 
-    pub fn tell(&mut self, bodies: &Bodies, broad: &Broad, report: &mut Report) {
+    pub fn report(&mut self, bodies: &Bodies, broad: &Broad, report: &mut Report) {
         if !self.on {
             return;
         }
