@@ -233,7 +233,8 @@ impl Placement {
         relative(&a, &self.shape(world, pair.b))
     }
 
-    /// Adds how fast a point of a shape moves along a direction, to a row of joints.
+    /// Adds to `row`, for each joint, how fast a point of a shape moves along a direction per
+    /// unit of the joint's speed.
     pub fn add_gradient(
         &self,
         world: &World,
