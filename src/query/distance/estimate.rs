@@ -80,7 +80,7 @@ impl Query<'_, Distance> {
 
     pub(crate) fn work_left(&self, closing: &Closing, memory: Option<&PairMemory>) -> Quantiles {
         let model = closing::work_left(closing);
-        self.told(memory, self.sought(), closing.work, model, |memory| {
+        self.predicted(memory, self.sought(), closing.work, model, |memory| {
             let previous = memory.last_work_of(Sought::Distance)?;
             let is_whole = closing.limit.is_none();
             is_whole.then(|| closing::work_after(previous as f64))

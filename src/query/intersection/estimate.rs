@@ -271,9 +271,9 @@ impl Query<'_, Intersection> {
             })
         };
         let used = frontier.bv_tests;
-        let told = self.told(memory, Sought::tests(mode), used, tests, after);
+        let tests_left = self.predicted(memory, Sought::tests(mode), used, tests, after);
         let work_after = |memory: &PairMemory| Some(Prediction::of(after(memory)?).work);
-        let work = self.told(
+        let work = self.predicted(
             memory,
             Sought::work(mode),
             work as f64,
@@ -282,7 +282,7 @@ impl Query<'_, Intersection> {
         );
         Prediction {
             work,
-            ..Prediction::of(told)
+            ..Prediction::of(tests_left)
         }
     }
 

@@ -51,7 +51,7 @@ impl Query<'_, Impact> {
 
     pub(super) fn work_left(&self, passing: &Passing, memory: Option<&PairMemory>) -> Quantiles {
         let model = passing::work_left(passing);
-        self.told(memory, Sought::Motion, passing.work, model, |memory| {
+        self.predicted(memory, Sought::Motion, passing.work, model, |memory| {
             let previous = memory.last_work_of(Sought::Motion)?;
             Some(passing::work_after(previous as f64))
         })
