@@ -241,8 +241,8 @@ impl Checker {
             return refuse(format!("allow: there is no link or obstacle {name}"));
         }
         let names = sorted(names.map(String::from));
-        self.world.told.retain(|told| told.0 != names);
-        self.world.told.push((names, may_touch));
+        self.world.set_pairs.retain(|set| set.0 != names);
+        self.world.set_pairs.push((names, may_touch));
         self.world.pair();
         self.world.change(None);
         self.renew();
