@@ -90,7 +90,7 @@ fn parse<T>(
     parsed.map_err(|error: RobotError| error.within(file, None))
 }
 
-/// A fault of a file, whose name [`parse`] adds.
+/// A fault of a file, whose name is added where the file is read.
 impl From<Fault> for RobotError {
     fn from(Fault { line, what, kind }: Fault) -> Self {
         let file = PathBuf::new();
