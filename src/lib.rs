@@ -33,7 +33,7 @@
 //! 1. Each subtree stores its measured **alpha**, the factor by which boxes shrink from level to
 //!    level ([`tree::Subtree::alpha_product`]).
 //! 2. Alpha and the levels left give **N_v**, the expected number of box tests
-//!    ([`Query::predict`]). A [`PairMemory`] corrects what is told of its pair.
+//!    ([`Query::predict`]). A [`PairMemory`] corrects the predictions of its pair.
 //! 3. Node pairs that overlap wait in a **priority queue**, by depth, size and levels left
 //!    ([`intersection::Order`]). The first is replaced by the pairs of its children.
 //! 4. The **budget** may stop the query between two steps of bounded work ([`Budget`]).
@@ -54,9 +54,9 @@
 //!   and boxes that hold every intersection not reported.
 //! - **Nothing is lost.** A stopped query can be resumed ([`Query::resume`]). However budgets of
 //!   work cut it, it ends with the same bits.
-//! - **Deterministic and quiet.** A query does not lock or panic, nor allocate, but for the first
-//!   in a workspace for contacts, manifolds, solids, all hits of a ray, or so many rays or points
-//!   ([`Query::run`]). The same input and budget of work give the same bits.
+//! - **Deterministic and quiet.** A query does not lock or panic. It does not allocate, but for the
+//!   first in a workspace for contacts, manifolds, solids, all hits of a ray, or a larger batch of
+//!   rays or points ([`Query::run`]). The same input and budget of work give the same bits.
 //!
 //! The rest is estimated: the cost of a query ([`Query::predict`]), and for a stopped query the
 //! work and time left, the probability that the surfaces intersect ([`Query::remaining`]), and the

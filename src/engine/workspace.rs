@@ -137,14 +137,14 @@ pub enum Asked {
     Intersection(Options),
     SelfIntersection(Options),
     Distance(DistanceOptions),
-    /// The options are in the [`MotionState`].
+    /// The options are in the `MotionState`.
     Motion,
     Contacts(ContactOptions),
     PointsWithin(ContactOptions),
     Manifolds(ContactOptions),
-    /// The rays are in the [`RayState`].
+    /// The rays are in the `RayState`.
     Ray,
-    /// The points are in the [`PointState`].
+    /// The points are in the `PointState`.
     Points,
 }
 
@@ -217,12 +217,12 @@ impl Workspace {
         self.run.stats.work
     }
 
-    #[doc(hidden)]
+    /// [`Stats::bv_tests`] of the last query.
     pub fn bv_tests(&self) -> u64 {
         self.run.stats.bv_tests
     }
 
-    #[doc(hidden)]
+    /// [`Stats::found`] of the last query.
     pub fn found(&self) -> u64 {
         self.run.stats.found
     }

@@ -134,7 +134,10 @@ impl fmt::Display for MeshError {
                 )
             }
             Self::TooManyTriangles { triangles } => {
-                write!(f, "{triangles} triangles or points, but at most 2^30 are allowed")
+                write!(
+                    f,
+                    "{triangles} triangles or points, but at most 2^30 are allowed"
+                )
             }
         }
     }
@@ -247,8 +250,8 @@ impl Mesh {
     }
 
     /// The mesh with the coordinates of each axis multiplied by a factor, rounded once to f64 and
-    /// stored as by [`from_f64`](Self::from_f64). If the factors mirror it, the second and the third
-    /// corner of each triangle change places, so that faces look outwards as before.
+    /// stored as by [`from_f64`](Self::from_f64). If the factors mirror it, the second and the
+    /// third corner of each triangle change places, so that faces look outwards as before.
     /// [`Tree::scaled`](crate::Tree::scaled) scales a tree that is built.
     ///
     /// ```
@@ -283,8 +286,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The mesh moved so that the center of its box is the origin, and the center before. Coordinates
-    /// are rounded to f64. An empty mesh stays as it is.
+    /// The mesh moved so that the center of its box is the origin, and the center before.
+    /// Coordinates are rounded to f64. An empty mesh stays as it is.
     ///
     /// Near the origin f32 is finest, and engines turn bodies about their origins. A pose of the
     /// mesh becomes one of the result by a translation: `pose.transform_point(center)`.

@@ -1,10 +1,10 @@
 //! Trees of point clouds. The leaves are blocks of eight points that are near each other, and are
 //! not stored: a query makes the leaf of a block when it opens it.
 //!
-//! Points are sorted along a Hilbert curve and cut into blocks; a binary SAH tree over the blocks is
-//! collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number of
-//! stored nodes on are those of the blocks. A point is a triangle without extent, so every question
-//! that can be asked about a mesh has the same proofs for a cloud.
+//! Points are sorted along a Hilbert curve and cut into blocks; a binary SAH tree over the blocks
+//! is collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number
+//! of stored nodes on are those of the blocks. A point is a triangle without extent, so every
+//! question that can be asked about a mesh has the same proofs for a cloud.
 
 use super::alpha::log_alpha;
 use super::collapse::Plan;
@@ -27,7 +27,7 @@ use core::ops::Range;
 use glam::{DVec3, Vec3};
 use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes, per_lane};
 
-/// Where the points of each block are in tree order: eight for each block, but fewer for one.
+/// The ranges of the blocks' points in tree order: eight points in each block, but fewer in one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Blocks {
     /// The block that is not full.
@@ -38,7 +38,7 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// The blocks of this many points, of which this one is not full.
+    /// The blocks of this many points, of which `partial` is not full.
     pub fn new(points: usize, partial: u32) -> Self {
         let count = points.div_ceil(WIDTH);
         Self {
@@ -65,7 +65,7 @@ impl Blocks {
         self.start(block)..self.start(block + 1)
     }
 
-    /// Makes nodes over blocks nodes over their points.
+    /// Turns nodes over blocks into nodes over their points.
     pub fn put_below(self, nodes: &mut [Node]) {
         let count = nodes.len() as u32;
         for node in nodes {
@@ -260,8 +260,8 @@ impl Tree {
         (block as usize, point - self.blocks.start(block))
     }
 
-    /// Computes all boxes and profiles of a cloud. The boxes of the blocks may be known. `O(n)`, and
-    /// allocates nothing.
+    /// Computes all boxes and profiles of a cloud. The boxes of the blocks may be known. `O(n)`,
+    /// and allocates nothing.
     pub(super) fn fit_cloud(&mut self, boxes: Option<&[Extent]>) {
         let mut nodes = core::mem::take(&mut self.nodes);
         let mut profiles = core::mem::take(&mut self.profiles);
@@ -299,7 +299,6 @@ impl Tree {
         self.blocks.start(self.blocks.of(point))
     }
 
-    /// The leaf of a block.
     #[inline(always)]
     pub(crate) fn leaf<L: Lanes>(&self, lanes: L, number: u32) -> Leaf {
         let range = self.block(number);
@@ -387,7 +386,7 @@ pub(super) struct Sort {
     /// Places and ids.
     pub keyed: Vec<(u32, u32)>,
     other: Vec<(u32, u32)>,
-    /// Of each pass: how often each digit occurs; then where its next point goes.
+    /// For each pass and digit: the number of its points, then the place of its next point.
     counts: [[u32; CELLS as usize]; 3],
     pass: usize,
     /// The next point of the pass.

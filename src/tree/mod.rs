@@ -8,8 +8,8 @@
 // - one pass bottom-up (`update`) that gives every subtree its exact boxes (`fit`), its alpha
 //   per axis and its profile level by level (`profile`). When vertices move, this pass is
 //   repeated (`refit`).
-// The tree of a point cloud is built over blocks of points (`cloud`). Shapes with a formula are made
-// of meshes (`shapes`, `hull`).
+// The tree of a point cloud is built over blocks of points (`cloud`). Shapes with a formula are
+// made of meshes (`shapes`, `hull`).
 //
 // The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
 // may be the farthest along a direction (`extremes`) and the components and open edges of a solid

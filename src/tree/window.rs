@@ -34,10 +34,10 @@ const WORK_PER_STEP: u64 = 2_000;
 
 /// The newest points of a sensor, as the tree of a point cloud.
 ///
-/// [`insert`](Self::insert) takes a frame, [`advance`](Self::advance) brings it into the tree within
-/// a budget, and the oldest points expire. Until a frame is in the tree as a whole, the tree is that
-/// of the frames before. The order of the points in the tree depends on all points inserted, but not
-/// on the budgets.
+/// [`insert`](Self::insert) takes a frame, [`advance`](Self::advance) brings it into the tree
+/// within a budget, and the oldest points expire. Until a frame is in the tree as a whole, the tree
+/// is that of the frames before. The order of the points in the tree depends on all points
+/// inserted, but not on the budgets.
 ///
 /// A window has two trees, and takes 65 bytes a point. Once it is full it allocates nothing, if
 /// nobody else still holds the tree before the one that [`tree`](Self::tree) gives.
@@ -82,17 +82,17 @@ pub struct PointWindow {
     survey: Survey,
 }
 
-/// What is known of points along the curve.
+/// Points along the curve: their places, and their numbers in the order of insertion.
 #[derive(Clone, Debug, Default)]
 struct Along {
     places: Vec<u32>,
-    /// How many points were inserted before, modulo 2^32.
+    /// For each point, the number of points inserted before it, modulo 2^32.
     numbers: Vec<u32>,
-    /// How many points had been inserted in all.
+    /// Number of points inserted in all.
     inserted: u64,
 }
 
-/// What is done next, and how far it is done.
+/// The next step, and its progress.
 #[derive(Clone, Copy, Debug)]
 enum Stage {
     Idle,
@@ -108,7 +108,8 @@ enum Stage {
 impl PointWindow {
     /// An empty window for the newest `capacity` points. `reach` is about the length of the region
     /// that they span, such as twice the range of the sensor, in their unit of length. It may be
-    /// anywhere and may move; queries take longer if it is several times as large or small as given.
+    /// anywhere and may move; queries take longer if it is several times as large or small as
+    /// given.
     ///
     /// # Errors
     /// If `capacity` is more than 2^30, or `reach` is not positive and at most 2^1000.
@@ -156,8 +157,8 @@ impl PointWindow {
         inserted - u64::from((*inserted as u32).wrapping_sub(numbers[id as usize]))
     }
 
-    /// Takes the points of a frame, in the frame of the tree. They are in the tree when
-    /// [`advance`](Self::advance) is done. `O(points)`.
+    /// Takes the points of one frame of the sensor, in the coordinates of the tree. They are in the
+    /// tree when [`advance`](Self::advance) is done. `O(points)`.
     ///
     /// # Errors
     /// As [`Mesh::from_points`], with the index in `points`. Then none is taken.
@@ -167,7 +168,7 @@ impl PointWindow {
         let newest = &points[points.len().saturating_sub(self.capacity)..];
         self.waiting
             .extend(newest.iter().map(|&point| point.into()));
-        // The oldest would expire; less often than each time, so that this takes linear time.
+        // The oldest would expire. Dropping them only sometimes takes linear time in all.
         if self.waiting.len() > self.capacity.saturating_mul(2) {
             self.waiting.drain(..self.waiting.len() - self.capacity);
         }

@@ -100,7 +100,6 @@ impl<'c> Call<'c, '_> {
         Ok(())
     }
 
-    /// True if a pair counts.
     pub fn counts(&self, pair: u32) -> bool {
         let is_timed = self.world.pairs[pair as usize].is_timed;
         match self.pairs {
@@ -199,7 +198,7 @@ impl<'c> Call<'c, '_> {
         self.run(&ask(query), Some(pair))
     }
 
-    /// [`holds_part`], which counts as work.
+    /// [`holds_part`]; its tests count as work.
     pub fn holds_part(&mut self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> bool {
         let mut tests = 0;
         let holds = holds_part(a, b, b_in_a, &mut tests);
@@ -207,8 +206,7 @@ impl<'c> Call<'c, '_> {
         holds
     }
 
-    /// Decides whether more than this is left of the distance of a pair's surfaces above their
-    /// margin.
+    /// Decides whether the distance of a pair's surfaces exceeds their margin by more than `left`.
     pub fn is_farther(&mut self, pair: u32, left: f64) -> Result<bool, StopReason> {
         let of = &self.world.pairs[pair as usize];
         let limit = self.room.placement.margin(of) + left;
@@ -216,7 +214,7 @@ impl<'c> Call<'c, '_> {
         end.map(|()| bounds.closer == Some(false))
     }
 
-    /// Decides whether a pair stays apart by more than its margin, and this more, while the second
+    /// Decides whether a pair stays farther apart than its margin plus `bend` while the second
     /// shape moves from a pose to its present one, seen from the first. Its middle moves along a
     /// straight line, and it turns at a constant rate. False if that is not proven.
     pub fn is_free(&mut self, pair: u32, start: &Transform, bend: f64) -> Result<bool, StopReason> {
@@ -227,7 +225,7 @@ impl<'c> Call<'c, '_> {
             return Ok(false);
         };
         let [from, to] = [start, &end].map(|pose| pose.transform_point3(b.centre));
-        // The acceleration of a point that turns, over eight, as for the bend.
+        // An eighth of the acceleration of a turning point, as in `Placement::bend`.
         let bend = bend + screw.turn().length_squared() * b.radius / 8.0 + slack;
         let Ok(motion) = Motion::turning(to_pose(start), to - from, screw.turn(), from) else {
             return Ok(false);

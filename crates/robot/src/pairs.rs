@@ -1,4 +1,4 @@
-//! All pairs of shapes that are near each other, with what moves them apart.
+//! All pairs of shapes that are near each other, with gradients of their distances.
 
 use punctual::Budget;
 use std::cmp::Reverse;
@@ -19,7 +19,7 @@ use crate::{Checker, ClearanceOptions, RobotError, ShapeId};
 pub struct NearPair {
     /// The shapes, the lower id first.
     pub pair: [ShapeId; 2],
-    /// Proven lower bound of what is left of their distance above their margin, in metres.
+    /// Proven lower bound of their distance above their margin, in metres.
     pub low: f64,
     /// Proven upper bound.
     pub high: f64,
@@ -50,13 +50,14 @@ impl NearPairs {
 }
 
 impl Checker {
-    /// Lists all pairs of which no more than `within` metres (NaN counts as 0) is left above the
-    /// margin, each with bounds of it, its closest points and a gradient: for optimisation,
-    /// model-predictive control and barrier functions. They replace the content of `found`.
+    /// Lists all pairs whose distance exceeds their margin by at most `within` metres (NaN counts
+    /// as 0), each with bounds of that distance, its closest points and a gradient: for
+    /// optimisation, model-predictive control and barrier functions. They replace the content of
+    /// `found`.
     ///
-    /// **Guarantee.** The value is a proven lower bound of what is left of each pair that is not
-    /// listed: `within` at least, if the call is finished. The pairs with the least bounds are
-    /// measured first. A listed pair may be beyond by the tolerance.
+    /// **Guarantee.** The value is a proven lower bound of the distance above the margin of each
+    /// pair that is not listed: `within` at least, if the call is finished. The pairs with the
+    /// least bounds are measured first. A listed pair may be beyond by the tolerance.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].
@@ -152,23 +153,14 @@ impl Call<'_, '_> {
         let left = bounds.peek().map(|bound| unordered(bound.0.0));
         let least = least.min(left.unwrap_or(f64::INFINITY));
         self.room.bounds = bounds;
-        found.pairs.sort_unstable_by_key(|near| near.pair);
-        let width = configuration.len();
-        found.gradients.resize(found.pairs.len() * width, 0.0);
-        for (near, row) in found
-            .pairs
-            .iter()
-            .zip(found.gradients.chunks_mut(width.max(1)))
-        {
-            for (id, point, sign) in [
-                (near.pair[0], near.points[0], -1.0),
-                (near.pair[1], near.points[1], 1.0),
-            ] {
-                if let Some(shape) = self.world.index(id) {
-                    let along = sign * near.normal;
-                    self.room
-                        .placement
-                        .add_gradient(self.world, shape, point, along, row);
+        let (NearPairs { pairs, gradients }, width) = (found, configuration.len());
+        pairs.sort_unstable_by_key(|near| near.pair);
+        gradients.resize(pairs.len() * width, 0.0);
+        for (near, row) in pairs.iter().zip(gradients.chunks_mut(width.max(1))) {
+            for (i, sign) in [-1.0, 1.0].into_iter().enumerate() {
+                let (along, placement) = (sign * near.normal, &self.room.placement);
+                if let Some(shape) = self.world.index(near.pair[i]) {
+                    placement.add_gradient(self.world, shape, near.points[i], along, row);
                 }
             }
         }

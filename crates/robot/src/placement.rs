@@ -178,7 +178,6 @@ impl Placement {
         self.placed += 1;
     }
 
-    /// A shape in the world.
     #[inline]
     pub fn shape(&mut self, world: &World, i: u32) -> Transform {
         let shape = &mut self.shapes[i as usize];
@@ -196,8 +195,8 @@ impl Placement {
         self.near.list(self.size, ranks, found);
     }
 
-    /// A lower bound of what is left of the distance above the margin, by spheres, or the box of a
-    /// shape that stands still.
+    /// A lower bound of the distance above the margin, by spheres, or the box of a shape that
+    /// stands still.
     pub fn sphere_gap(&self, pair: &Pair) -> f64 {
         let [a, b] = [pair.a, pair.b].map(|i| &self.shapes[i as usize]);
         let ([ax, ay, az, ar], [bx, by, bz, br]) = (a.sphere, b.sphere);
@@ -211,14 +210,13 @@ impl Placement {
         between.length() - radii - self.slack - self.margin(pair)
     }
 
-    /// A lower bound of what is left of the distance above the margin, by boxes. `b_in_a` is the
-    /// pose of the pair.
+    /// A lower bound of the distance above the margin, by boxes. `b_in_a` is the pose of the pair.
     pub fn box_gap(&self, pair: &Pair, [a, b]: [&Inner; 2], b_in_a: &Transform) -> f64 {
         let relative = relative(&a.frame, &(*b_in_a * b.frame));
         box_gap(a.half, b.half, &relative) - self.slack - self.margin(pair)
     }
 
-    /// The margin of a pair, with what an obstacle may be off its track.
+    /// The margin of a pair, plus how far its obstacles may be off their tracks.
     #[inline]
     pub fn margin(&self, pair: &Pair) -> f64 {
         let reach = |i: u32| self.shapes[i as usize].reach;
@@ -235,7 +233,8 @@ impl Placement {
         relative(&a, &self.shape(world, pair.b))
     }
 
-    /// Adds how fast a point of a shape moves along a direction, to a row of joints.
+    /// Adds to `row`, for each joint, how fast a point of a shape moves along a direction per
+    /// unit of the joint's speed.
     pub fn add_gradient(
         &self,
         world: &World,

@@ -49,8 +49,8 @@ pub(crate) struct Move {
 
 impl Trajectory {
     /// Adds a piece of this duration: row `k` has the coefficients of the k-th power of the time in
-    /// seconds since the piece began, one for each joint (rad or m). What pieces are joined by is
-    /// not checked.
+    /// seconds since the piece began, one for each joint (rad or m). It is not checked whether
+    /// pieces join.
     ///
     /// # Errors
     /// [`RobotError::Model`], which names the piece: no row, rows of other lengths than the first
@@ -179,8 +179,8 @@ impl Trajectory {
         }
     }
 
-    /// Adds a part of a plan from a time of it on: some seconds in which the speed along the plan
-    /// goes steadily from one share to another.
+    /// Appends a part of a plan that starts at a time of the plan. During the part's `seconds` the
+    /// speed along the plan changes linearly from `speeds[0]` to `speeds[1]` (shares of its own).
     pub(crate) fn add_part(
         &mut self,
         plan: &Self,

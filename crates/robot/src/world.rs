@@ -47,7 +47,7 @@ fn next_version() -> u64 {
     LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
-/// What all threads share.
+/// The world, shared by all threads.
 #[derive(Clone, Debug)]
 pub(crate) struct World {
     pub model: Arc<Model>,
@@ -59,8 +59,8 @@ pub(crate) struct World {
     /// The shapes that move, by index.
     pub moving: Vec<u32>,
     pub margins: Margins,
-    /// The pairs of names that were told whether they may touch, each in ascending order.
-    pub told: Vec<([String; 2], bool)>,
+    /// Pairs of names, each in ascending order, and whether the caller lets them touch.
+    pub set_pairs: Vec<([String; 2], bool)>,
     /// The largest margin of a pair.
     pub widest: f64,
     /// Another one after every change of a shape, a pair or a margin. No two worlds have the same
@@ -80,7 +80,7 @@ impl World {
             tracks: Vec::new(),
             moving: Vec::new(),
             margins: Margins::default(),
-            told: Vec::new(),
+            set_pairs: Vec::new(),
             widest: 0.0,
             version: next_version(),
             changed: None,
@@ -89,7 +89,6 @@ impl World {
         world
     }
 
-    /// Index of a shape.
     pub fn index(&self, id: ShapeId) -> Option<usize> {
         let found = self.shapes.binary_search_by_key(&id, |shape| shape.id);
         found.ok()
@@ -101,7 +100,6 @@ impl World {
         self.model.link_number(name).is_ok() || shapes.any(|shape| &*shape.name == name)
     }
 
-    /// Index of an obstacle.
     pub fn obstacle(&self, id: ShapeId) -> Result<usize, RobotError> {
         let found = self.index(id);
         let obstacle = found.filter(|&at| at >= self.model.shapes.len());
@@ -139,8 +137,8 @@ impl World {
         self.version = next_version();
     }
 
-    /// Removes an obstacle and its pairs. Tells the new number of each pair there was, `u32::MAX`
-    /// for none; or nothing if the pairs were listed anew.
+    /// Removes an obstacle and its pairs. Returns the new number of each old pair, `u32::MAX` for a
+    /// removed one; `None` if the pairs were listed anew.
     pub fn remove(&mut self, at: usize) -> Option<Vec<u32>> {
         self.change(None);
         let body = self.shapes.remove(at).body;
@@ -166,7 +164,7 @@ impl World {
     /// Lists the pairs of a shape with those before it.
     fn pair_with_earlier(&mut self, b: usize) {
         let stride = self.stride() as u32;
-        // Of two shapes that stand still nothing is asked.
+        // Two shapes that stand still are not checked.
         let is_still = self.shapes[b].body == 0;
         let partners = if is_still { self.column(b as u32) } else { b };
         for i in 0..partners {
@@ -224,7 +222,7 @@ impl World {
             .get((body as usize).checked_sub(self.model.bodies.len())?)
     }
 
-    /// What a distance may be less than 0, once margins and reaches are subtracted.
+    /// The most by which margins and reaches can take a distance below 0.
     pub fn reach(&self) -> f64 {
         let reaches = self.tracks.iter().map(|track| track.reach_at(0.0));
         self.widest + reaches.fold(0.0, f64::max)
@@ -276,13 +274,13 @@ impl World {
         let [x, y] = pair.map(|i| &self.shapes[i]);
         let may_touch =
             |x: &PlacedShape, y: &PlacedShape| y.link.is_some_and(|link| x.touches.contains(&link));
-        let told = |(names, _): &&([String; 2], bool)| {
+        let is_of_pair = |(names, _): &&([String; 2], bool)| {
             let is = |shape, i: usize| self.model.is_named(shape, &names[i]);
             is(x, 0) && is(y, 1) || is(x, 1) && is(y, 0)
         };
-        let told = self.told.iter().rev().find(told);
+        let set = self.set_pairs.iter().rev().find(is_of_pair);
         let is_allowed = match [x.link, y.link] {
-            _ if told.is_some() => told.is_some_and(|told| told.1),
+            _ if set.is_some() => set.is_some_and(|set| set.1),
             [Some(x), Some(y)] if self.model.allowed.contains(&sorted([x, y])) => true,
             [Some(_), Some(_)] => {
                 let follows = |x: u32, y: u32| self.model.bodies[x as usize].parent == y;
@@ -291,7 +289,7 @@ impl World {
             }
             _ => may_touch(x, y) || may_touch(y, x),
         };
-        // Nothing that the robot does changes how far obstacles are from what stands still.
+        // The distance of an obstacle from shapes that stand still does not depend on the robot.
         let is_moved = |shape: &PlacedShape| !self.chain(shape.body).is_empty();
         x.body != y.body && (is_moved(x) || is_moved(y)) && !is_allowed
     }

@@ -1,4 +1,4 @@
-//! What a run for contacts or manifolds has done and left, for predictions.
+//! Progress of a run for contacts or manifolds, for predictions.
 
 use crate::engine::frontier::Pair;
 use crate::engine::question::{Ask, Query, Question};
@@ -13,9 +13,8 @@ impl<Q: Question> Query<'_, Q>
 where
     Self: Ask<Q>,
 {
-    /// What a run for contacts or manifolds in the workspace has done and left.
-    #[doc(hidden)]
-    pub fn listing(&self, workspace: &Workspace) -> Listing {
+    /// The progress of the run for contacts or manifolds in the workspace.
+    pub(crate) fn listing(&self, workspace: &Workspace) -> Listing {
         let asked = self.key().asked;
         // Once all pairs are listed, the frontier holds nodes that rays enter.
         let is_listed =

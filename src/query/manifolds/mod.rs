@@ -44,10 +44,10 @@ use punctual_geom::Pose;
 /// The first query of a pair that meets makes room in the workspace: 4 bytes for each triangle and
 /// 12 for each vertex.
 ///
-/// Faces that lie in one plane, and edges and corners in one place, are no special case: a foot has
-/// one manifold whose points, depth and area change steadily from apart through touching to sunk.
-/// For manifolds, and for them alone, the faces of B count as drawn in by less than 1e-12 of the
-/// largest coordinate; `meets` and `nearest` are about the surfaces as they are.
+/// Faces that lie in one plane, and edges and corners in one place, are no special case: a face in
+/// contact has one manifold whose points, depth and area change steadily from apart through
+/// touching to sunk. For manifolds, and for them alone, the faces of B count as drawn in by less
+/// than 1e-12 of the largest coordinate; `meets` and `nearest` are about the surfaces as they are.
 ///
 /// **Guarantee.** A finished query has reduced each pair of triangles within the skin, except those
 /// that add nothing to the polygon of a manifold, nor to its least distance, up to a thousandth.
@@ -102,10 +102,9 @@ pub struct ManifoldBounds {
     /// their distance: 0 only if they intersect, negative only of thickened surfaces that are sunk
     /// into each other. `None` if no contact was found.
     pub nearest: Option<([u32; 2], f64)>,
-    /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its
-    /// surface, or touching it from inside at most. So the solids overlap, but no manifold tells
-    /// how to part them. `None` if a surface goes through the other, and in a stopped query if it
-    /// is unknown.
+    /// Proven: this body, a solid, is inside the other, a closed solid, and at most touches its
+    /// surface from inside. So the solids overlap, but no manifold shows how to part them. `None`
+    /// if a surface goes through the other, and in a stopped query if it is unknown.
     pub within: Option<Operand>,
 }
 
@@ -174,7 +173,7 @@ impl<'t> Query<'t, Manifolds> {
     }
 
     /// Writes the list: the deepest first, of equal ones in the order of discovery.
-    fn tell(
+    fn write_list(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut ManifoldMemory>,
@@ -186,7 +185,7 @@ impl<'t> Query<'t, Manifolds> {
         all.extend_from_slice(workspace.state.manifolds.overlaps.manifolds());
         let before = Before::new(memory.as_deref(), to_b, self.size());
         let reduction = &workspace.state.manifolds.reduction;
-        reduction.skin.tell(&mut all, before);
+        reduction.skin.append_to(&mut all, before);
         number(&mut all);
         // A stable sort would allocate.
         all.sort_unstable_by(|x: &Manifold, y| {
@@ -250,7 +249,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             };
         }
         workspace.run.stopped = !stop.is_final();
-        self.tell(workspace, known, &to_b, stop);
+        self.write_list(workspace, known, &to_b, stop);
         if let Some(memory) = memory {
             memory.learn(
                 Sought::Manifolds,
@@ -286,7 +285,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         let model = manifolds_left(&self.listing(workspace));
         let done = workspace.work() as f64;
         (
-            self.told(memory, Sought::Manifolds, done, model, |_| None),
+            self.predicted(memory, Sought::Manifolds, done, model, |_| None),
             None,
         )
     }

@@ -14,7 +14,7 @@ use glam::DVec3;
 /// Most nodes that wait while one is open.
 const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
 
-/// What is being done about the current point.
+/// The step that the current point has reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
     /// No point is left.
@@ -38,7 +38,6 @@ pub(crate) struct PointState {
     pub phase: Phase,
     /// True if a point of several components was inside.
     pub is_within: bool,
-    /// The current point.
     pub point: DVec3,
     /// Number of points from the current one on.
     pub left: usize,
@@ -109,8 +108,8 @@ impl PointState {
 }
 
 impl Workspace {
-    /// What the last query found about points, if it was one about points: one for each point done,
-    /// in the order of the points.
+    /// The bounds that the last query found, if it was about points: one for each point done, in
+    /// the order of the points.
     pub fn points(&self) -> &[PointBounds] {
         &self.state.points.found
     }

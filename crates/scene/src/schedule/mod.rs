@@ -1,16 +1,16 @@
 //! Shares the budget of a frame among its pairs.
 //!
-//! If nothing has changed, a frame goes on with the list, the tasks and the stopped runs of the last
-//! one. A pair that was decided and whose bodies have not moved since needs nothing. For the others
-//! the cost is predicted ([`forecast`]), and the frame proceeds in rounds:
+//! If nothing has changed, a frame goes on with the list, the tasks and the stopped runs of the
+//! last one. A pair that was decided and whose bodies have not moved since needs nothing. For the
+//! others the cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once,
-//!   and, unless work is limited, those that met are searched ([`revisit`]). In a *tight* frame, which
-//!   has little time left for rounds, all known pairs are. The pairs decided are reported however
-//!   little of the frame is left.
-//! - A task has one question. If its distance is known and a body moves, the task continues with the
-//!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
-//!   contacts are requested, with the contacts.
+//!   and, unless work is limited, those that met are searched ([`revisit`]). In a *tight* frame,
+//!   which has little time left for rounds, all known pairs are. The pairs decided are reported
+//!   however little of the frame is left.
+//! - A task has one question. Its next question follows in the next round, with a new rank: the
+//!   time of impact after a distance, if a body moves; the contacts of a pair found to meet, if
+//!   they are requested.
 //! - If the expected cost fits the budget, all pairs are run to their ends.
 //!   Without a budget and on several threads, this begins in the first round, part by part while
 //!   the list is made.
@@ -61,7 +61,8 @@ use super::pair::question::Question;
 use super::report::Report;
 use super::room::reserve;
 use crate::cost::{
-    LEAST_WORK, WORK_PER_KEPT_PAIR, WORK_PER_PLANNED_PAIR, WORK_PER_ROOT_TEST, WORK_PER_TOLD_PAIR,
+    LEAST_WORK, WORK_PER_KEPT_PAIR, WORK_PER_PLANNED_PAIR, WORK_PER_REPORTED_PAIR,
+    WORK_PER_ROOT_TEST,
 };
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -83,8 +84,8 @@ use share::Share;
 use task::Task;
 use turns::RoundRobin;
 
-/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame; and
-/// the end of a search begun before that.
+/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame;
+/// and the end of a search begun before that.
 const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
@@ -129,7 +130,7 @@ pub(crate) struct Schedule {
     /// end of the frame.
     without_task: BoundsOfGroups,
     listed: BoundsOfGroups,
-    pub told: BoundsOfGroups,
+    pub reported: BoundsOfGroups,
     /// The frame that began the list; and true if the next frame may go on with it.
     pub began_list: u64,
     goes_on: bool,
@@ -167,7 +168,7 @@ impl Schedule {
     pub fn reserve_groups(&mut self, groups: usize, report: &mut Report) {
         self.without_task.reserve(groups);
         self.listed.reserve(groups);
-        self.told.reserve(groups);
+        self.reported.reserve(groups);
         reserve(&mut report.group_distances, groups);
     }
 
@@ -200,10 +201,10 @@ impl Schedule {
         })
     }
 
-    /// Tests the latest witnesses of pairs that met. If work is not limited, then searches the pairs
-    /// that these tests leave open; in a tight frame, all other known pairs too. Under a budget of
-    /// time, returns when this step ended and the time left after it, less what is reserved for the
-    /// end of the list and of the frame.
+    /// Tests the latest witnesses of pairs that met. If work is not limited, then searches the
+    /// pairs that these tests leave open; in a tight frame, all other known pairs too. Under a
+    /// budget of time, returns when this step ended and the time left after it, less what is
+    /// reserved for the end of the list and of the frame.
     pub fn revisit(
         &mut self,
         frame: &Frame,
@@ -340,12 +341,12 @@ impl Schedule {
                 self.tight = 0;
             }
         }
-        self.tell(frame, found, report, estimates, lap)
+        self.report(frame, found, report, estimates, lap)
     }
 
     /// Reports the results. The rounds ended at `lap`. Measures how long the report takes, and
     /// returns when it ended.
-    fn tell(
+    fn report(
         &mut self,
         frame: &Frame,
         found: &mut Found,
@@ -358,13 +359,13 @@ impl Schedule {
             self.estimate(frame, found.pairs, report)
         });
         self.turns.end_frame(&self.tasks);
-        let telling = self.tell_groups(frame, found, report);
+        let of_groups = self.report_groups(frame, found, report);
         report.finish();
-        found.events.tell(frame.bodies, found.broad, report);
+        found.events.report(frame.bodies, found.broad, report);
         if let Some(took) = frame.lap(&mut lap) {
-            let took = took.saturating_sub(estimating + telling);
-            let told = report.pairs.len() + found.events.len();
-            let most = (2_000 + 10 * told) as f64 + nanoseconds(estimates.unwrap_or_default());
+            let took = took.saturating_sub(estimating + of_groups);
+            let reported = report.pairs.len() + found.events.len();
+            let most = (2_000 + 10 * reported) as f64 + nanoseconds(estimates.unwrap_or_default());
             self.rest.learn(took, most);
         }
         lap
@@ -380,27 +381,27 @@ impl Schedule {
         }
     }
 
-    /// Reports the distances of groups, with what the tasks have found if there is time to read it.
-    /// Returns the time that it took.
-    fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
+    /// Reports the distances of groups, with the findings of the tasks if there is time to read
+    /// them. Returns the time that it took.
+    fn report_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
         if frame.bodies.distance_requests.groups.is_empty() {
             return Duration::ZERO;
         }
         let mut lap = None;
         frame.lap(&mut lap);
-        self.told.copy(&self.without_task);
+        self.reported.copy(&self.without_task);
         let mut deadline = Deadline::of_a_part(frame.end(self.rest.time()), u64::MAX, frame.clock);
         for &Task { key, place, .. } in self.tasks.iter().filter(|task| task.measures) {
-            if !deadline.has_room(WORK_PER_TOLD_PAIR) {
-                self.told.copy(&self.listed);
+            if !deadline.has_room(WORK_PER_REPORTED_PAIR) {
+                self.reported.copy(&self.listed);
                 break;
             }
-            deadline.spend(WORK_PER_TOLD_PAIR);
+            deadline.spend(WORK_PER_REPORTED_PAIR);
             let state = found.pairs.state(place as usize, frame);
-            self.told.read(key, state, frame);
+            self.reported.read(key, state, frame);
         }
         report.group_distances.clear();
-        self.told.tell(frame.bodies, report);
+        self.reported.report(frame.bodies, report);
         frame.lap(&mut lap).unwrap_or_default()
     }
 
@@ -480,7 +481,7 @@ impl Schedule {
             {
                 // An estimate of a decided pair teaches nothing.
                 if report.pairs[listed as usize].verdict == Verdict::Undecided {
-                    state.tell(estimate.probability);
+                    state.add_estimate(estimate.probability);
                     pairs.note(place as usize, frame.number);
                 }
                 estimate.probability = self.calibration.apply(estimate.probability);
@@ -541,7 +542,7 @@ impl Schedule {
         }
         let is_closed = |task: &&Task| goes_on && task.measures && !task.open;
         for &Task { key, place, .. } in self.tasks.iter().filter(is_closed) {
-            deadline.spend(WORK_PER_TOLD_PAIR);
+            deadline.spend(WORK_PER_REPORTED_PAIR);
             self.without_task
                 .read(key, pairs.state(place as usize, frame), frame);
         }
@@ -624,8 +625,8 @@ impl Schedule {
         events.reserve(pairs.room(), report);
     }
 
-    /// Finds the tasks with a stopped run. The run of the task whose turn it is moves to the batch of
-    /// the round robin.
+    /// Finds the tasks with a stopped run. The run of the task whose turn it is moves to the batch
+    /// of the round robin.
     fn find_homes(&mut self) {
         let first = self
             .tasks
