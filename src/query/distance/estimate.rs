@@ -61,8 +61,7 @@ impl Query<'_, Distance> {
         })
     }
 
-    #[doc(hidden)]
-    pub fn closing(&self, work: u64, [low, high]: [f64; 2]) -> Closing {
+    pub(crate) fn closing(&self, work: u64, [low, high]: [f64; 2]) -> Closing {
         let pairs = self.a.mesh().len() as f64 * self.b.mesh().len() as f64;
         let [of_a, of_b] = [self.a.unit(), self.b.unit()];
         let middles = self.middle().length();

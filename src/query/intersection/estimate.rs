@@ -178,8 +178,7 @@ impl Query<'_, Intersection> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
-    #[doc(hidden)]
-    pub fn frontier(&self, workspace: &Workspace) -> Result<FrontierSummary, ResumeError> {
+    pub(crate) fn frontier(&self, workspace: &Workspace) -> Result<FrontierSummary, ResumeError> {
         self.frontier_while(workspace, &|| true)
     }
 
@@ -224,8 +223,7 @@ impl Query<'_, Intersection> {
     }
 
     /// The frontier before the query: its root, opened on trial.
-    #[doc(hidden)]
-    pub fn frontier_before(&self) -> FrontierSummary {
+    pub(crate) fn frontier_before(&self) -> FrontierSummary {
         let relative = RelativePose::new(self.a, self.b, &self.asked.b_in_a);
         let mut probe = Probe::new(
             [self.a, self.b],
