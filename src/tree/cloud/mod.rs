@@ -506,8 +506,8 @@ impl Kernel for Make<'_> {
     }
 }
 
-/// Computes boxes and profiles of some nodes of a cloud, bottom-up as [`crate::tree::fit::update`]: of
-/// `numbers`, once those behind them are done. `extent` gives the box of a block.
+/// Computes boxes and profiles of some nodes of a cloud, bottom-up as [`update`](crate::tree::fit::update):
+/// of `numbers`, once those behind them are done. `extent` gives the box of a block.
 pub(crate) struct Fit<'n, E> {
     pub nodes: &'n mut [Node],
     pub profiles: &'n mut Profiles,

@@ -74,9 +74,9 @@ impl Tree {
     /// ```
     ///
     /// # Errors
-    /// If the build did not ask for a [solid](crate::tree::BuildOptions::solid), a component is inside
-    /// out, an edge is open, the tree has a [radius](Self::with_radius), or the volume is 0 within
-    /// rounding or not finite.
+    /// If the build did not ask for a [solid](crate::BuildOptions::solid), a component is
+    /// inside out, an edge is open, the tree has a [radius](Self::with_radius), or the volume is 0
+    /// within rounding or not finite.
     pub fn mass_properties(&self) -> Result<MassProperties, SolidError> {
         let solid = self.solid.as_ref().ok_or(SolidError::NotSolid)?;
         if self.radius > 0.0 {
