@@ -13,7 +13,7 @@ impl<T> Room<T> {
         Self(Vec::with_capacity(capacity))
     }
 
-    /// Makes room for at least `count` items, those that it has included.
+    /// Makes room for at least `count` items in total.
     pub fn reserve_all(&mut self, count: usize) {
         self.0.reserve_exact(count.saturating_sub(self.0.len()));
     }

@@ -28,7 +28,7 @@ pub(crate) struct Scratch {
     leaves: [MadeLeaf; 2],
 }
 
-/// The leaf of a cloud that was made last, with its number. Pairs with one leaf follow each other.
+/// The leaf of a cloud that was made last, with its number: successive pairs often share a leaf.
 pub(crate) type MadeLeaf = Option<(u32, Leaf)>;
 
 /// The key of a bit of a mask of pairs.
@@ -108,10 +108,11 @@ pub(crate) trait Measure {
     /// Mask of the lanes with keys of interest.
     fn hits<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32;
 
-    /// The number of triangle pairs from which on [`Measure::refine`] pays, and its work.
+    /// The least number of triangle pairs for which [`Measure::refine`] pays, and its work.
     const REFINED: Option<(u32, u64)> = None;
 
-    /// Drops pairs of triangles of two leaves of which the boxes of some are of interest.
+    /// Drops, from the triangle pairs `hits` of two leaves whose boxes are of interest, those that
+    /// are not.
     #[inline(always)]
     fn refine<L: Lanes>(
         &self,
@@ -479,7 +480,8 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     }
 }
 
-/// A node, and its points if it is a leaf of a cloud. That is made, unless it is the last one made.
+/// A node, and its points if it is a leaf of a cloud. Makes that leaf unless it is the last one
+/// made.
 #[inline(always)]
 pub(crate) fn node<'t, const POINTS: bool, L: Lanes>(
     lanes: L,

@@ -70,8 +70,8 @@ pub struct MotionOptions {
     /// `None` if A does not move.
     pub of_a: Option<Motion>,
     pub of_b: Motion,
-    /// Tolerance as a length, as set by the caller; `None` selects the default. Then the tolerance
-    /// in time.
+    /// Tolerance as a length, as set by the caller; `None` selects the default. `time` is the
+    /// tolerance in time.
     pub length: Option<f64>,
     pub time: f64,
     /// Sum of the margins and radii of both surfaces.

@@ -5,7 +5,7 @@ use super::deadline::system::ClockedBudget;
 use super::deadline::{Budget, Deadline};
 use super::memory::{PairMemory, Sought};
 use super::options::OptionError;
-use super::outcome::{Answer, StopReason};
+use super::outcome::{Answer, Stats, StopReason};
 use super::workspace::{Key, ResumeError, Workspace};
 use crate::model::prediction::Quantiles;
 use crate::tree::Tree;
@@ -265,7 +265,7 @@ where
         })
     }
 
-    /// What the memory of the pair makes of the model's quantiles of the work left, after `used`.
+    /// The model's quantiles of the work left, after `used`, corrected by the memory of the pair.
     /// `after` is the prediction by the query before.
     pub(crate) fn told(
         &self,
@@ -293,6 +293,24 @@ where
         }
         self.begin(workspace, memory.as_deref(), budget.parts().0);
         self.spend(workspace, memory, &mut deadline)
+    }
+
+    /// For tasks of several queries: continues the run of this query that the workspace holds, if it
+    /// was stopped, or begins one whose plan does not depend on a budget, so that budgets of work may
+    /// cut it anywhere. Also returns the effort of earlier calls of the run.
+    pub fn go_on(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> (Answer<Q::Value>, Stats) {
+        let before = if self.is_stopped_in(workspace) {
+            workspace.stats()
+        } else {
+            self.begin(workspace, memory.as_deref(), Budget::unlimited());
+            Stats::default()
+        };
+        (self.spend(workspace, memory, deadline), before)
     }
 
     fn resume_from(

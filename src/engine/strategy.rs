@@ -54,7 +54,7 @@ impl Plan {
         if options.is_plain {
             return Strategy::NONE;
         }
-        // A key ranks; a stack does not.
+        // Siblings are ranked by the key of the queue. A stack alone has no key.
         let (queue, deepest_first) = match options.order {
             Order::DepthFirst => (None, false),
             order => (Some(order), true),

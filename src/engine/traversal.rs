@@ -50,7 +50,7 @@ pub(crate) struct Traversal<'q, 'c, Q, const POINTS: bool = false> {
     pub deadline: &'q mut Deadline<'c>,
     /// Where the current pair comes from.
     pub origin: Origin,
-    /// The factor of the depths of its children in their keys, if it is from the queue.
+    /// The factor from the depths of its children to their keys, if the pair is from the queue.
     pub share: f32,
 }
 

@@ -204,6 +204,12 @@ impl Workspace {
     /// Forgets the run, so that none can be resumed.
     pub fn forget_run(&mut self) {
         self.run.key = None;
+        self.run.stopped = false;
+    }
+
+    /// True if a budget or a full buffer stopped the last run.
+    pub fn is_stopped(&self) -> bool {
+        self.run.stopped
     }
 
     /// [`Stats::work`] of the last query.

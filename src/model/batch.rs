@@ -1,5 +1,5 @@
-//! Quantiles of the work left in a batch of rays or points: the mean of those done times the number
-//! of those left, with a spread. Before the first is done, that of a typical one.
+//! Quantiles of the work left in a batch of rays or points: the mean work of the items done times
+//! the number left, with a spread. Before the first is done, the work of a typical item.
 
 use super::constants::{BATCH_LEFT, POINT_WORK, RAY_WORK};
 use super::prediction::{Quantiles, dot};
@@ -12,7 +12,7 @@ pub struct Batch {
     pub triangles: f64,
     /// Number of rays or points that are done.
     pub done: f64,
-    /// Number of those that are not, with the current one.
+    /// Number of rays or points left, the current one included.
     pub left: f64,
     /// Units of work done.
     pub work: f64,
@@ -23,7 +23,7 @@ pub struct Batch {
 /// Work, about that of preparing a ray, below which the logarithm hardly falls.
 const LITTLE: f64 = 100.0;
 
-/// Features of log2 of the work for each one left, before any is done.
+/// Features of log2 of the work for each item left, before any is done.
 pub fn single_features(batch: &Batch) -> [f64; 5] {
     [
         1.0,
@@ -40,7 +40,7 @@ pub fn batch_features(batch: &Batch) -> [f64; 3] {
     [1.0, spread(batch.done), spread(batch.left)]
 }
 
-/// Mean work of those done, times the number left. The current one counts half as done.
+/// Mean work of the items done, times the number left. The current item counts as half done.
 pub fn mean_left(batch: &Batch) -> f64 {
     batch.work / (batch.done + 0.5) * batch.left
 }

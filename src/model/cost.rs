@@ -40,7 +40,7 @@ pub(crate) const WORK_PER_SWEPT_EXPANSION: u64 = 180;
 pub(crate) const WORK_PER_SWEPT_TEST: u64 = 4;
 pub(crate) const WORK_PER_WINDOW_TEST: u64 = 48;
 
-/// Work of skipping a piece of a motion in which the meshes are too far apart.
+/// Work of skipping a substep of a motion in which the meshes are too far apart.
 pub(crate) const WORK_PER_SUBSTEP: u64 = 300;
 
 /// Work of computing, in `f64`, the time in which two moving triangles may meet during one step.
@@ -52,12 +52,13 @@ pub(crate) const WORK_PER_SEGMENT: u64 = 700;
 /// Work of adding a contact to the list.
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
-/// Work of adding the area that two triangles have in common to a manifold, and of finding by what
-/// one vertex is drawn in.
+/// Work of adding the common area of two triangles to a manifold, and of finding how far one vertex
+/// is drawn in.
 pub(crate) const WORK_PER_AREA: u64 = 300;
 pub(crate) const WORK_PER_WAY: u64 = 400;
 
-/// Work of one pass over a pair of a contact curve, and over a triangle inside the other surface.
+/// Work of one pass over a pair of triangles of a contact curve, and over a triangle inside the
+/// other surface.
 pub(crate) const WORK_PER_CURVE_PAIR: u64 = 150;
 pub(crate) const WORK_PER_REGION_TRIANGLE: u64 = 100;
 

@@ -10,7 +10,7 @@
 //! | alpha and boxes of each level of two subtrees | expected BV tests, `N_v` ([`visits`]) |
 //! | its frontier after a probe ([`frontier`]) | BV tests left: the sum of these, corrected ([`prediction`]) |
 //! | its frontier after a probe | probability of a hit, and recall ([`confidence`]) |
-//! | earlier predictions for a pair and what came of them | their quantiles, corrected ([`tracker`]) |
+//! | earlier predictions for a pair and their outcomes | its quantiles, corrected ([`tracker`]) |
 //! | the progress of a distance query | work left, and quantiles of the distance ([`closing`]) |
 //! | the progress of a motion query | work left ([`passing`]) |
 //! | the progress of a query for contacts or manifolds | work left ([`listing`]) |

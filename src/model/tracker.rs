@@ -1,12 +1,13 @@
-//! A correction of told quantiles for one pair of meshes, learned from what its queries took.
+//! A correction of predicted quantiles for one pair of meshes, learned from the work of its
+//! queries.
 //!
 //! The weights of the model are right on a mixture of meshes. On a single pair they are off by a
 //! factor, which lasts. So the factors of three quantiles are tracked: that of the median is the
 //! last error; each outer one takes a step after each query. For the quantile `p` the step is up by
-//! `g p` if the query took more than told, and down by `g (1 - p)` if less, in log2. Then the share
-//! of queries that took more than told differs from `1 - p` by at most `(2 R + g) / (g n)` after
-//! `n` queries, in whatever order they come. `R` is the largest error that counts, [`LARGEST`];
-//! `g` is [`STEP`].
+//! `g p` if the query took more than predicted, and down by `g (1 - p)` if less, in log2. Then the
+//! share of queries that took more than predicted differs from `1 - p` by at most `(2 R + g) / (g
+//! n)` after `n` queries, in whatever order they come. `R` is the largest error that counts,
+//! [`LARGEST`]; `g` is [`STEP`].
 
 use super::prediction::Quantiles;
 use libm::{exp2, log2};
@@ -20,7 +21,7 @@ const LARGEST: f32 = 8.0;
 /// The levels of the outer quantiles.
 const LEVELS: [f32; 2] = [0.1, 0.9];
 
-/// log2 of the factors of three told quantiles; 0 at first.
+/// log2 of the factors of three predicted quantiles; 0 at first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "[f32; 3]", into = "[f32; 3]"))]

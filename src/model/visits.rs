@@ -30,8 +30,8 @@ pub struct Level {
 /// Expected BV tests of a subtree against a copy of itself, averaged over all placements in which
 /// their boxes overlap: Equation 11. `levels` begins with the children of the root.
 ///
-/// Each pair that overlaps is replaced by all pairs of its children. So a level is tested by the
-/// share of the level above it that overlaps, for the first level by all.
+/// Each pair that overlaps is replaced by all pairs of its children. So the tests of a level are
+/// its pairs times the overlapping share of the level above; for the first level, all its pairs.
 #[inline(always)]
 pub fn visits(levels: impl IntoIterator<Item = Level>) -> f32 {
     let (mut overlapping, mut tests) = (1.0, 0.0);

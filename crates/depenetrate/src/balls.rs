@@ -199,7 +199,7 @@ impl Machine<'_, '_, '_> {
     }
 }
 
-/// Of corners of A (of B) the one that is deepest in the other body for a push along `direction`.
+/// The corner of A (of B) that is deepest in the other body for a push along `direction`.
 fn deepest(of_b: bool, corners: impl Iterator<Item = DVec3>, direction: DVec3) -> Option<DVec3> {
     let toward = if of_b { -direction } else { direction };
     corners.max_by(|p, q| p.dot(toward).total_cmp(&q.dot(toward)))
@@ -210,8 +210,8 @@ impl PenetrationQuery<'_> {
         if of_b { self.b } else { self.a }
     }
 
-    /// Up to which length of a push a point of the other body inside A (inside B) proves that they
-    /// are not apart.
+    /// The longest push at which a point of the other body inside A (inside B) proves that the
+    /// bodies are not apart.
     ///
     /// For solids, any length. For surfaces, lengths at which another point of the same component
     /// stays outside, as a point far from the box does.

@@ -89,7 +89,7 @@ impl Machine<'_, '_, '_> {
         let Some((mut current, rays)) = rays else {
             return Ok(());
         };
-        self.begin(STEP)?;
+        self.deadline.check(STEP)?;
         let (sets, bounds, high) = (&*self.sets, rays.bounds(), self.state.high);
         let mut work = 64;
         while next < sets.len() && work <= STEP - WORK_PER_BOX - WORK_PER_SET - WORK_PER_PROOF {

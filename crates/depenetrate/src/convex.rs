@@ -16,8 +16,8 @@ use glam::DVec3;
 use punctual::Tree;
 use punctual::engine::Convex;
 
-/// Capacities. A polytope with more corners, and a corner that sees more edges of what it hides,
-/// end the search.
+/// Capacities. The search ends if the polytope gets more corners, or if the faces that a new corner
+/// sees have more edges around them.
 const CORNERS: usize = 184;
 const FACES: usize = 2 * CORNERS - 4;
 const EDGES: usize = 32;
@@ -30,7 +30,7 @@ const WORK_PER_CORNER: u64 = 3;
 const WORK_PER_FACE: u64 = 4;
 const WORK_PER_NEW_FACE: u64 = 50;
 
-/// New faces of a step, at most: those of a rim, beside the first four.
+/// Maximum number of new faces of a step: those of a rim, beside the first four.
 const MOST_NEW_FACES: u64 = EDGES as u64 + 4;
 
 /// Maximum work of a step.
@@ -40,7 +40,7 @@ const WORK_PER_STEP: u64 = 64
     + MOST_NEW_FACES * WORK_PER_NEW_FACE;
 const _: () = assert!(WORK_PER_STEP <= STEP);
 
-/// Pairs of components, at most, whose depths are searched.
+/// Maximum number of pairs of components whose depths are searched.
 const PAIRS: usize = 256;
 
 /// A triangle of the polytope.
@@ -112,8 +112,8 @@ impl Polytope {
         })
     }
 
-    /// Adds a corner to less than four. Returns the next direction: along it `D`, of which `center`
-    /// is an inner point, reaches beyond the corners. `None` if four span no volume.
+    /// Adds one of the first four corners. Returns the next direction, along which `D` reaches
+    /// beyond the corners; `center` is an inner point of `D`. `None` if the four span no volume.
     fn begin(&mut self, corner: DVec3, center: DVec3, margin: f64) -> Option<DVec3> {
         self.corners.push(corner);
         let toward = center - self.corners[0];
@@ -186,7 +186,7 @@ impl Polytope {
     }
 }
 
-/// The pieces of a body, if all of its components are convex.
+/// The components of a body, if all of them are convex.
 fn pieces(tree: &Tree) -> &[Option<Convex>] {
     let pieces = tree.solid().map_or(&[][..], |solid| solid.convex());
     if pieces.iter().all(Option::is_some) {
@@ -247,7 +247,8 @@ impl Machine<'_, '_, '_> {
         let last = count.min(support.next + CORNERS_PER_STEP);
         let mut work = (last - support.next) as u64 * WORK_PER_CORNER + 64;
         let faces = self.sets.polytope.faces.len() as u64;
-        self.begin(work + faces * WORK_PER_FACE + MOST_NEW_FACES * WORK_PER_NEW_FACE)?;
+        self.deadline
+            .check(work + faces * WORK_PER_FACE + MOST_NEW_FACES * WORK_PER_NEW_FACE)?;
         let toward = -(pose.rotation().transpose() * support.direction);
         for (k, direction) in [support.direction, toward].into_iter().enumerate() {
             let before = k * a.corners.len();

@@ -24,7 +24,7 @@ const DIRECTION_ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A length computed from a set is shortened by this before it is proven.
 const SHORTENING: f64 = 1e-10;
 
-/// How often an octant is split at most.
+/// Maximum number of times that an octant is split.
 const LEVELS: u8 = 12;
 
 /// The advance of a cone by a set: the new radius, and how far out the set reaches along each ray.
@@ -110,7 +110,7 @@ impl Cone {
 pub(super) struct Rays {
     cone: Cone,
     along: [DVec3; 3],
-    /// Length of the inner points.
+    /// Distance of the inner points from 0.
     inner: f64,
     rounding: f64,
 }

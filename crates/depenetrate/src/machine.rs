@@ -17,14 +17,14 @@ use glam::{DMat3, DVec3};
 use punctual::clock::ClockedBudget;
 use punctual::engine::{Ask, Deadline, Question};
 use punctual::intersection::Intersection;
-use punctual::{Answer, Budget, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace};
+use punctual::{Answer, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace};
 use punctual_geom::Pose;
 use punctual_geom::triangle::distance::closest;
 
 /// Work of the longest task outside of queries.
 pub(super) const STEP: u64 = MAX_PENETRATION_STEP_WORK;
 
-/// Pairs of triangles in contact that are read.
+/// Maximum number of contacts that are read.
 pub(super) const CONTACTS: usize = 128;
 
 /// Rounding of a coordinate of B after a push, relative to the coordinates: proof in
@@ -91,15 +91,15 @@ pub(super) struct State {
     pub deepest: Option<(DVec3, f64)>,
     /// Directions to explore, the last one first.
     pub likely: ArrayVec<DVec3, 40>,
-    /// Length of the best push before its direction was turned last, infinite before the first
+    /// Length of the best push before its direction was last tilted, infinite before the first
     /// time; `None` before all directions are tried.
     pub turned: Option<f64>,
     pub faces: Faces,
     pub seeds: ArrayVec<Seed, 16>,
     pub current: Option<Current>,
     pub advances: u32,
-    /// Number of times that new sets were asked for, that they helped, and that they were not asked
-    /// for since.
+    /// Number of times that new sets were asked for, that they helped, and that asking was skipped
+    /// since.
     pub trials: [u32; 3],
     /// No translation that is shorter separates.
     pub low: f64,
@@ -125,10 +125,7 @@ pub(super) struct Machine<'s, 't, 'c> {
     pub engine: &'s mut Workspace,
     pub sets: &'s mut Sets,
     pub state: &'s mut State,
-    deadline: Deadline<'c>,
-    /// False at the first step of a call. This step may exceed the budget, unless that is 0, so
-    /// that every call makes progress.
-    has_moved: bool,
+    pub deadline: Deadline<'c>,
 }
 
 impl State {
@@ -188,7 +185,7 @@ impl State {
         let resolved = RESOLUTION * self.rounding;
         let width = match asked.limit {
             f64::INFINITY => (asked.tolerance * self.low).max(asked.absolute_tolerance),
-            // The limit is the question.
+            // With a limit, the tolerances do not end the search.
             _ => 0.0,
         };
         matches!(self.task, Task::Over)
@@ -264,7 +261,6 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
             sets,
             state,
             deadline: Deadline::of(budget),
-            has_moved: false,
         }
     }
 
@@ -282,7 +278,6 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
             if let Err(stop) = self.step() {
                 break stop;
             }
-            self.has_moved = true;
         };
         let state = self.state;
         if let Some(elapsed) = self.deadline.elapsed() {
@@ -321,18 +316,9 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
         }
     }
 
-    /// Begins a task of at most this work outside of queries, if there is room for it.
-    pub fn begin(&mut self, work: u64) -> Step {
-        let needed = if self.has_moved { work } else { 1 };
-        if !self.deadline.has_room(needed) {
-            return Err(self.deadline.why(needed));
-        }
-        Ok(())
-    }
-
     /// Does a task of this work outside of queries, if there is room for it.
     pub fn pay(&mut self, work: u64) -> Step {
-        self.begin(work)?;
+        self.deadline.check(work)?;
         self.spend(work);
         Ok(())
     }
@@ -348,15 +334,9 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
     where
         for<'q> Query<'q, Q>: Ask<Q>,
     {
-        let memory = &mut self.state.memory;
-        let before = if query.is_stopped_in(self.engine) {
-            self.engine.stats()
-        } else {
-            query.begin(self.engine, Some(memory), Budget::unlimited());
-            Stats::default()
-        };
-        let answer = query.spend(self.engine, Some(memory), &mut self.deadline);
-        let (now, stats) = (self.engine.stats(), &mut self.state.stats);
+        let memory = Some(&mut self.state.memory);
+        let (answer, before) = query.go_on(self.engine, memory, &mut self.deadline);
+        let (now, stats) = (answer.stats, &mut self.state.stats);
         stats.work += now.work - before.work;
         stats.bv_tests += now.bv_tests - before.bv_tests;
         stats.primitive_tests += now.primitive_tests - before.primitive_tests;

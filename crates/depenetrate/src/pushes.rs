@@ -34,7 +34,7 @@ const TURN: f64 = 0.3;
 /// A polished push is tried if it is expected to be shorter than the best by this share.
 const LEAST_GAIN: f64 = 1e-6;
 
-/// How many pushes polish a new best one, at most.
+/// Maximum number of pushes that polish a new best one.
 const ROUNDS: usize = 3;
 
 /// A push exceeds the length at which it leaves a face by this share of it, and by two roundings.
@@ -192,7 +192,7 @@ impl Machine<'_, '_, '_> {
 
     /// Takes the next of the likely directions, unless the known pairs block it up to the goal.
     pub(super) fn explore(&mut self) -> Step {
-        self.begin(STEP)?;
+        self.deadline.check(STEP)?;
         if let Some((direction, length)) = self.state.deepest.take() {
             self.spend(64);
             self.state.task = Task::Push(Push {
@@ -338,7 +338,7 @@ impl Machine<'_, '_, '_> {
 
     /// Follows this push by one that may be shorter than the best, or ends it.
     pub(super) fn polish(&mut self, push: Push) -> Step {
-        self.begin(STEP)?;
+        self.deadline.check(STEP)?;
         let next = (push.high.is_some() || push.polishes).then(|| self.polished(&push));
         self.state.task = match next.flatten() {
             Some(next) => Task::Push(next),

@@ -27,7 +27,8 @@ pub(super) const CONES: usize = 4096;
 pub(super) const WORK_PER_BOX: u64 = 4;
 pub(super) const WORK_PER_SET: u64 = 80;
 
-/// Work after which no more pairs are intersected with a direction, and maximum work of that.
+/// Once this work is done, no more pairs are intersected with a direction; and the maximum work of
+/// intersecting them.
 const MOST_WORK: u64 = PAIRS as u64 * WORK_PER_BOX + 11 * WORK_PER_SET;
 pub(super) const WORK_TO_LEAVE: u64 = MOST_WORK + WORK_PER_SET;
 

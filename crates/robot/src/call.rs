@@ -3,7 +3,7 @@
 use punctual::distance::{self, Distance};
 use punctual::engine::{Ask, Deadline, Question};
 use punctual::intersection::Intersection;
-use punctual::{Budget, Motion, PairMemory, Query, StopReason, Verdict, Workspace};
+use punctual::{Motion, PairMemory, Query, StopReason, Verdict, Workspace};
 
 use crate::checker::Outcome;
 use crate::clearance::Bounds;
@@ -38,8 +38,6 @@ pub(crate) struct Room {
     /// the order in which pairs are tested.
     near: Vec<u64>,
     is_listed: bool,
-    /// True if the workspace holds a stopped query that is to be resumed.
-    is_stopped: bool,
 }
 
 impl Room {
@@ -55,7 +53,7 @@ impl Room {
     pub fn begin(&mut self) {
         self.stamp += 1;
         self.is_listed = false;
-        self.is_stopped = false;
+        self.workspace.forget_run();
         self.run.is_stopped = false;
     }
 }
@@ -95,7 +93,8 @@ impl<'c> Call<'c, '_> {
     /// why the call must stop.
     pub fn put(&mut self, configuration: &[f64], time: f64) -> Result<(), StopReason> {
         let bodies = self.world.model.bodies.len() as u64 * WORK_PER_BODY;
-        self.pay(bodies + (self.world.pairs.len() / PAIRS_PER_WORK) as u64)?;
+        let pairs = (self.world.pairs.len() / PAIRS_PER_WORK) as u64;
+        self.deadline.pay(bodies + pairs)?;
         self.room.placement.put(self.world, configuration, time);
         self.room.is_listed = false;
         Ok(())
@@ -109,18 +108,6 @@ impl<'c> Call<'c, '_> {
             Counted::Still => !is_timed,
             Counted::Timed => is_timed,
         }
-    }
-
-    /// Pays for work outside of queries; an error if there is no room for it.
-    pub fn pay(&mut self, work: u64) -> Result<(), StopReason> {
-        // A budget of work may be exceeded by a step, so that each call makes progress; one of time
-        // should not be.
-        let need = if self.deadline.is_timed() { work } else { 1 };
-        if !self.deadline.has_room(need) {
-            return Err(self.deadline.why(need));
-        }
-        self.deadline.spend(work);
-        Ok(())
     }
 
     /// Tests the pairs from `cursor` on until one meets. After an error the cursor is at the pair
@@ -170,8 +157,8 @@ impl<'c> Call<'c, '_> {
         let mut may_intersect = margin == 0.0;
         // Many samples cost more than most queries.
         let are_few = a.samples.are_few() && b.samples.are_few();
-        if !self.room.is_stopped {
-            self.pay(BOX_WORK)?;
+        if !self.room.workspace.is_stopped() {
+            self.deadline.pay(BOX_WORK)?;
             let gap = self.room.placement.box_gap(of, [a, b], &b_in_a);
             if gap > 0.0 {
                 return Ok(false);
@@ -251,8 +238,7 @@ impl<'c> Call<'c, '_> {
         end.map(|()| found.lower == 1.0 && found.upper.is_none())
     }
 
-    /// Runs a query of surfaces, or resumes it if it was stopped. Its plan does not depend on the
-    /// budget, so that budgets of work may cut it anywhere.
+    /// Runs a query of surfaces, or resumes it if it was stopped.
     fn run<Q: Question>(
         &mut self,
         query: &Query<'_, Q>,
@@ -262,19 +248,15 @@ impl<'c> Call<'c, '_> {
         for<'t> Query<'t, Q>: Ask<Q>,
     {
         let room = &mut *self.room;
-        let mut memory = memory.map(|pair| {
+        let memory = memory.map(|pair| {
             let (stamp, memory) = &mut room.memory[pair as usize];
             if *stamp != room.stamp {
                 (*stamp, *memory) = (room.stamp, PairMemory::without_clearance());
             }
             memory
         });
-        if !(room.is_stopped && query.is_stopped_in(&room.workspace)) {
-            query.begin(&mut room.workspace, memory.as_deref(), Budget::unlimited());
-        }
-        let answer = query.spend(&mut room.workspace, memory.take(), &mut self.deadline);
-        room.is_stopped = !answer.stop.is_final();
-        let end = (!room.is_stopped).then_some(());
+        let (answer, _) = query.go_on(&mut room.workspace, memory, &mut self.deadline);
+        let end = answer.stop.is_final().then_some(());
         (answer.value, end.ok_or(answer.stop))
     }
 }

@@ -185,7 +185,7 @@ impl Call<'_, '_> {
             }
             let (pair, shapes, b_in_a) = self.pair(number);
             if !by_boxes {
-                self.pay(BOX_WORK)?;
+                self.deadline.pay(BOX_WORK)?;
                 let gap = gap.max(self.room.placement.box_gap(pair, shapes, &b_in_a));
                 bounds.pop();
                 bounds.push(bound(gap, number, true));

@@ -417,7 +417,7 @@ impl Run {
 
     /// Keeps a pair unless spheres or boxes prove it free on the interval.
     fn filter(&mut self, pair: u32, call: &mut Call<'_, '_>) -> Result<(), StopReason> {
-        call.pay(SPHERE_WORK)?;
+        call.deadline.pay(SPHERE_WORK)?;
         let asked = &call.world.pairs[pair as usize];
         let placement = &mut call.room.placement;
         let limit = placement.reach(call.world, asked, &self.moves, self.half);

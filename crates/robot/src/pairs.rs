@@ -121,7 +121,7 @@ impl Call<'_, '_> {
             while let Some(&Reverse((gap, number, by_boxes))) = bounds.peek() {
                 let gap = unordered(gap);
                 if !by_boxes {
-                    self.pay(BOX_WORK)?;
+                    self.deadline.pay(BOX_WORK)?;
                     let (pair, shapes, b_in_a) = self.pair(number);
                     let gap = gap.max(self.room.placement.box_gap(pair, shapes, &b_in_a));
                     bounds.pop();

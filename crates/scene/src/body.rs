@@ -507,7 +507,7 @@ impl Bodies {
                     && (self.pair(key)).is_some_and(|pair| !pair.into_iter().any(is_sensor)))
     }
 
-    /// True if some pairs may have no contacts to be found.
+    /// True if the contacts of some pairs may not be requested.
     pub fn asks_without_contacts(&self) -> bool {
         let of_all = Filter::default();
         self.has_sensor || !self.contact_requests.between.contains(&of_all)

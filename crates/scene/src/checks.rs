@@ -34,7 +34,7 @@ pub(super) fn pose(body: BodyId, pose: &Pose) -> Result<(), SceneError> {
 }
 
 pub(super) fn importance(body: BodyId, importance: f32) -> Result<f32, SceneError> {
-    // One zero, so that the order of the bits is that of the numbers.
+    // Adding 0.0 makes -0.0 positive, so that the bits have the order of the numbers.
     if importance.is_nan() {
         Err(SceneError::ImportanceNotANumber { body })
     } else {

@@ -48,14 +48,14 @@ pub const WORK_PER_KNOWN_PAIR: u64 = 2;
 pub const WORK_PER_PAIR_APART: u64 = 15;
 pub const WORK_PER_LISTED_PAIR: u64 = 80;
 
-/// The same of a pair of groups.
+/// Work of checking a pair of groups that is apart, and of listing another one.
 pub const WORK_PER_PAIR_OF_GROUPS_APART: u64 = 60;
 pub const WORK_PER_PAIR_OF_GROUPS: u64 = 300;
 
 /// Work of keeping a pair in the report, and in its order, for another frame.
 pub const WORK_PER_KEPT_PAIR: u64 = 3;
 
-/// Work of reading what a task has found about groups.
+/// Work of reading the findings of a task about groups.
 pub const WORK_PER_TOLD_PAIR: u64 = 300;
 
 /// Work of listing a pair that was found to meet before the broad phase.

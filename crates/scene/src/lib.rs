@@ -160,7 +160,7 @@ pub struct Scene {
     asked_since: u64,
     /// True if nothing has changed since the last frame.
     is_same: bool,
-    /// Frames without a change between: the one that began their list, and the last of them.
+    /// The frames without a change so far: the one that began their list, and the last of them.
     rest: [u64; 2],
     reach: Reach,
     bodies: Arc<Bodies>,
@@ -491,11 +491,12 @@ impl Scene {
     /// triangles next to these. If the last frame was cut and only time is limited, known pairs are
     /// searched before the others are found: first the important ones. If many pairs that met were
     /// left open, then also those whose turn it is, in an eighth of the frame, and after the tests
-    /// the most likely contacts for their cost. This may take up to thirteen sixteenths of the
-    /// frame, and fifteen if the last search is long; under a budget of work, tests take up to `B - 2R` (see below). Finding pairs may then
-    /// use up to three quarters of what is left, and listing them half of the rest. Under a budget of work,
-    /// `B` units are for queries, as if all pairs were known, and the broad phase may do
-    /// `B + 65,536` units of its own ([`Report::broad_phase_work`]).
+    /// the most likely contacts for their cost. Tests and searches may take up to thirteen
+    /// sixteenths of the frame, and fifteen if the last search is long; under a budget of work,
+    /// tests take up to `B - 2R` (see below). Finding pairs may then use up to three quarters of
+    /// what is left, and listing them half of the rest. Under a budget of work, `B` units are for
+    /// queries, as if all pairs were known, and the broad phase may do `B + 65,536` units of its
+    /// own ([`Report::broad_phase_work`]).
     ///
     /// **Lock-step.** Two scenes with the same history of changes, frame by frame with the same
     /// budgets, report the same bits on any number of threads and on every machine, as long as
@@ -616,8 +617,8 @@ impl Scene {
         Ok(done)
     }
 
-    /// The last frame in which something about a pair changed; the next one if it changed since the
-    /// last.
+    /// The last frame in which something about a pair changed; the next frame if it changed after
+    /// the last one.
     fn changed(&self, key: PairKey) -> u64 {
         self.bodies.last_change(key).max(self.asked_since)
     }

@@ -237,8 +237,8 @@ impl Scene {
     }
 }
 
-/// Plays what [`Scene::recorded`] wrote. With budgets of work, or none, the frames say the same to
-/// the bit, on any number of threads.
+/// Plays what [`Scene::recorded`] wrote. With budgets of work, or none, the frames report the same
+/// bits, on any number of threads.
 pub struct Replay<R: Read> {
     calls: StreamDeserializer<'static, IoRead<R>, Call>,
     trees: Vec<Arc<Tree>>,

@@ -5,8 +5,8 @@ use alloc::collections::VecDeque;
 /// One in this many is taken from the unimportant bodies, so that none waits for ever.
 const TURNS: u32 = 4;
 
-/// Two queues, first in, first out: bodies with an importance above 0, which go first, and before
-/// them in the array the others.
+/// Two queues, first in, first out: of bodies without importance, then of those with an importance
+/// above 0, which go first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Waiting {
     queues: [VecDeque<u32>; 2],

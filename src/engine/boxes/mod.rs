@@ -147,8 +147,8 @@ impl Stored {
     }
 }
 
-/// Boxes of a node: along its own axes, along those of the other node, and their ends along one
-/// more direction if the question has one, such that two of them sum to a depth.
+/// Boxes of a node: along its own axes, and along those of the other node. If the question has one
+/// more direction, also their ends along it, such that two of them sum to a depth.
 #[derive(Clone, Copy)]
 pub(crate) struct Extents<L: Lanes> {
     pub own: Slabs<L>,

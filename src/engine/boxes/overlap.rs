@@ -1,9 +1,7 @@
 //! The measure of the intersection: overlap of boxes on the six face axes.
 //!
-//! A box with centre `c` and half extents `h`, seen from the orientation of a node of the other
-//! side ([`View`](super::relative_pose::View)), lies within `M c + t ± (|M| h + m)`. `m` covers
-//! every rounding and is proven in `docs/numerics.md`. So no overlap is lost; a box kept needlessly
-//! only costs time. The other nine axes are in [`edge_axes`](super::edge_axes).
+//! The head of [`boxes`](super) states the margins. The other nine axes are in
+//! [`edge_axes`](super::edge_axes).
 
 use super::close_boxes;
 use super::relative_pose::{RelativePose, Views};
@@ -63,7 +61,8 @@ impl Measure for Overlap {
         !keys.mask() & 0xff
     }
 
-    /// The loop of the driver once more: by it `any` and `all` took 2.6 % more instructions.
+    /// Repeats the loop of the driver: through the driver `any` and `all` took 2.6 % more
+    /// instructions.
     #[inline(always)]
     fn both<L: Lanes>(
         &self,
@@ -107,7 +106,7 @@ impl Measure for Overlap {
         keys: &mut Keys,
     ) -> u64 {
         let (triangles, node) = (triangles(), facing.nodes[1]);
-        // For a single triangle one plane, not eight.
+        // A single triangle needs one plane, not eight.
         if active.is_power_of_two() {
             let i = active.trailing_zeros() as usize % WIDTH;
             let plane = Plane::new(triangles.rows[i], &triangles.view, triangles.rotation_error);

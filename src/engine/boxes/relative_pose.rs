@@ -48,7 +48,7 @@ type Columns = [f32x4; 3];
 pub(crate) struct RelativePose {
     /// Row by row, each number in all lanes.
     rotation: [[f32x4; 3]; 3],
-    /// The vector from the middle of A's box to that of B's, likewise.
+    /// The vector from the middle of A's box to that of B's, each number in all lanes.
     translation: [f32x4; 3],
     /// Margins of a test of two boxes, in the orientation of A's node and in that of B's.
     pub margin: [f32x4; 2],
@@ -77,7 +77,8 @@ impl RelativePose {
         Self::within(a, b, b_in_a, 0.0)
     }
 
-    /// Also for surfaces whose vertices are off by `reach`, in the length unit of the meshes.
+    /// [`RelativePose::new`] for surfaces whose vertices are off by up to `reach`, in the length
+    /// unit of the meshes.
     pub fn within(a: &Tree, b: &Tree, b_in_a: &Pose, reach: f64) -> Self {
         let (ua, ub) = (a.unit(), b.unit());
         let [of_a, of_b] = Unit::exponents([ua, ub]);
@@ -160,8 +161,8 @@ impl RelativePose {
         per_axis!(i => combined(self.rotation[i], of_b))
     }
 
-    /// For what is out of the range of `f32`: every box overlaps and every triangle pair is in
-    /// doubt.
+    /// For poses and units out of the range of `f32`: every box overlaps and every triangle pair is
+    /// in doubt.
     pub const BLIND: Self = Self {
         rotation: [[f32x4::ZERO; 3]; 3],
         translation: [f32x4::ZERO; 3],

@@ -20,7 +20,7 @@ pub struct Budget {
 
 impl Budget {
     /// No limit. Since nothing can cut the query short, the default order runs plainly depth-first,
-    /// which costs least. Every order finds the same in the end.
+    /// which costs least. The finished answer does not depend on the order.
     #[inline]
     pub const fn unlimited() -> Self {
         Self {

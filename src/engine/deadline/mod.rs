@@ -6,13 +6,14 @@
 //! if that is more, as on a slow or a busy machine. The first units are assumed to take
 //! [`FIRST_TO_SLOWEST`] times that, because their data may not be in the cache.
 //!
-//! Whatever the budget, the clock is asked every [`BETWEEN_LOOKS`] units whether the caller cancels
-//! the call.
+//! Under every budget the clock is asked every [`BETWEEN_LOOKS`] units whether the call is
+//! cancelled.
 
 pub(crate) mod budget;
 pub(crate) mod system;
 
 use crate::engine::outcome::StopReason;
+use crate::engine::workspace::Workspace;
 use crate::model::cost::{
     FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART,
     SLOWEST_TO_MEAN, SLOWEST_UNIT,
@@ -23,7 +24,7 @@ use punctual_geom::nanoseconds;
 use system::ClockedBudget;
 
 /// Maximum work between two readings of the clock: about a millisecond. In a part of a call it is
-/// some 10 us: what comes next may be several times as slow as all that was measured.
+/// about 10 us, because later steps may be several times as slow as those measured.
 const BETWEEN_LOOKS: u64 = 1 << 20;
 const BETWEEN_LOOKS_OF_A_PART: u64 = 1 << 13;
 
@@ -35,17 +36,19 @@ pub struct Deadline<'c> {
     clock: &'c dyn Clock,
     started: Option<Duration>,
     end: Option<Duration>,
-    /// Work left; the part of it that queries leave for their last step and for the work after
-    /// them; and the latter alone.
+    /// Work left. Queries leave `reserve` of it for their last step and for the work after them;
+    /// `after` is the work after them alone.
     left: u64,
     reserve: u64,
     after: u64,
     /// Work that cannot exceed the end at the slowest assumed pace, and that may be done before the
     /// next reading.
     safe: u64,
-    /// The slowest assumed pace: nanoseconds per unit, or this many times the mean so far.
+    /// The slowest assumed pace, in nanoseconds per unit: the larger of the first number and of the
+    /// second times the mean so far.
     slowest: [f64; 2],
-    /// The work until the next reading is the safe work divided by this, and at most so much.
+    /// The work until the next reading is the safe work divided by `stretch`, and at most
+    /// `between_looks`.
     stretch: u64,
     between_looks: u64,
     /// Time of the first reading, and the work since. A later reading before any work takes its
@@ -199,6 +202,50 @@ impl<'c> Deadline<'c> {
             self.safe = safe.min(work.max(self.until_next_look(safe)));
         }
         self.left >= work && self.safe >= work
+    }
+
+    /// Checks that there is room for a step of at most `most`. The first step of a call may exceed
+    /// the budget, unless that is used up, so that each call makes progress.
+    ///
+    /// # Errors
+    /// The reason why the call must stop.
+    #[inline]
+    pub fn check(&mut self, most: u64) -> Result<(), StopReason> {
+        let needed = if self.done == 0 { 1 } else { most };
+        if self.has_room(needed) {
+            Ok(())
+        } else {
+            Err(self.why(needed))
+        }
+    }
+
+    /// Pays for a step of `work` before it is done.
+    ///
+    /// # Errors
+    /// Those of [`Deadline::check`].
+    #[inline]
+    pub fn pay(&mut self, work: u64) -> Result<(), StopReason> {
+        self.check(work)?;
+        self.spend(work);
+        Ok(())
+    }
+
+    /// Does a step of work that the workspace counts, unless the deadline comes before it.
+    ///
+    /// # Errors
+    /// The reason why the call must stop, also if the step itself returns one.
+    pub(crate) fn step<T>(
+        &mut self,
+        workspace: &mut Workspace,
+        step: impl FnOnce(&mut Workspace, &mut Self) -> Result<T, StopReason>,
+    ) -> Result<T, StopReason> {
+        self.begin(workspace.work());
+        if let Some(reason) = self.stop(workspace.work()) {
+            return Err(reason);
+        }
+        let done = step(workspace, self);
+        self.end(workspace.work());
+        done
     }
 
     /// The reason why there is no room for `work`.

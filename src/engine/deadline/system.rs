@@ -34,7 +34,7 @@ impl Clock for SystemClock {
     }
 }
 
-/// The clock of calls without one of their own, and whether it goes.
+/// The clock of calls without one of their own, and whether it runs.
 pub const SYSTEM: SystemClock = SystemClock;
 const GOES: bool = cfg!(all(
     feature = "std",

@@ -36,8 +36,8 @@ impl Pair {
         }
     }
 
-    /// A node of one tree, for questions without a second one, and its key, which is positive: the
-    /// bits of such numbers are ordered as they are.
+    /// A node of one tree, for questions without a second one, and its key. The key is positive,
+    /// because the bits of positive numbers have the order of the numbers.
     pub const fn keyed(node: u32, key: f32) -> Self {
         Self::new(node, key.to_bits())
     }
@@ -57,7 +57,7 @@ pub(crate) enum Origin {
     Dive,
     Stack,
     Queue,
-    /// The nodes of one tree, beside a body of one point or segment.
+    /// The nodes of one tree, which are compared with a body of one point or segment.
     Beside,
 }
 
@@ -67,7 +67,7 @@ pub(crate) const PATHS: usize = 16;
 /// Number of buckets; bucket 0 is visited first.
 pub(crate) const BUCKETS: usize = 128;
 
-/// Number of pairs popped by rank. What is ranked then goes on the stack, the oldest on top, as
+/// Number of pairs popped by rank. Then all ranked pairs go on the stack, the oldest on top, as
 /// after a hit: later the order of openings matters less, and ranking costs time.
 const RANKED_POPS: u32 = 24;
 
@@ -201,7 +201,7 @@ impl Frontier {
             u64::from(keys[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
         };
         let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
-        // This copy of the kind is never read. Making it loads the node into the cache before the
+        // The copy of `is_leaf` is never read. Making it loads the node into the cache before the
         // pair is popped.
         let waiting = |pair: Pair| Pair {
             active: [

@@ -30,7 +30,7 @@ named!(Order {
 });
 
 impl Order {
-    /// The factor of the keys of a pair's children in their ranks.
+    /// The factor from the keys of a pair's children to their ranks.
     #[inline(always)]
     pub(crate) fn share(self, [a, b]: [&Node; 2], relative: &RelativePose) -> f32 {
         if self == Self::LowAlpha {

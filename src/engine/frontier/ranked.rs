@@ -14,8 +14,8 @@ const SLOTS: usize = 64;
 pub(crate) struct Ranked {
     /// The bits of each key, with the slot in the last six; 0 beyond `len`.
     ranks: [u32; SLOTS],
-    /// The nodes of each pair, A's in the low half, and their active children. Each is one piece:
-    /// loading what two stores wrote would wait until both are in the cache.
+    /// The nodes of each pair, A's in the low half, and their active children. Each is written by
+    /// one store: loading what two stores wrote would wait until both are in the cache.
     nodes: [u64; SLOTS],
     active: [u16; SLOTS],
     len: usize,

@@ -112,7 +112,8 @@ impl<'m> Before<'m> {
         }
     }
 
-    /// The candidates that continue a point of the frame before, as bits: the nearest to each.
+    /// The mask of the candidates that continue points of the frame before: the nearest to each
+    /// point.
     pub fn stay(&self, candidates: &[ManifoldPoint]) -> u32 {
         if self.known.is_empty() {
             return 0;

@@ -70,8 +70,8 @@ pub struct PairMemory {
     last_bv_tests: Option<(Mode, u64)>,
     /// Work of the last finished distance or motion query.
     last_work: Option<(Sought, u64)>,
-    /// What is told of queries of this pair; `None` in scenes, which have many memories and do not
-    /// ask.
+    /// Corrections of predictions for this pair; `None` in scenes, which have many memories and do
+    /// not predict.
     told: Option<Box<Told>>,
     frames_undecided: u32,
     #[cfg_attr(feature = "serde", serde(deserialize_with = "rate"))]
@@ -148,9 +148,9 @@ impl PairMemory {
             .map(|(_, work)| work)
     }
 
-    /// The quantiles of the work left in a query that has done `used`, from those of the model and
-    /// from what was told of this pair before. While nothing is learned, a prediction before a
-    /// query is the one by the query before, `after`.
+    /// The quantiles of the work left in a query that has done `used`: those of the model,
+    /// corrected by earlier predictions for this pair. Until a correction is learned, a prediction
+    /// before a query is `after`, which follows from the query before.
     pub(crate) fn tell(
         &self,
         sought: Sought,
@@ -213,8 +213,8 @@ impl PairMemory {
         self.nearest
     }
 
-    /// Records what was found without this memory: the surfaces intersect, with the latest witness
-    /// (tree order), or they do not.
+    /// Records a verdict found without this memory: intersecting, with the latest witness (tree
+    /// order), or separated.
     pub fn decide(&mut self, witness: Option<[u32; 2]>) {
         (self.last_verdict, self.frames_undecided) = (Some(witness.is_some()), 0);
         if let Some(pair) = witness {

@@ -1,5 +1,5 @@
-//! What is told of the queries of one pair: quantiles of the model, corrected by what came of those
-//! told before.
+//! Predictions for the queries of one pair: quantiles of the model, corrected by the outcomes of
+//! earlier predictions.
 
 use crate::engine::options::Mode;
 use crate::engine::workspace::Key;
@@ -7,8 +7,8 @@ use crate::model::prediction::Quantiles;
 use crate::model::tracker::Tracker;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// What is predicted, each corrected for itself: BV tests and work of an intersection query, work
-/// of all others.
+/// The predicted quantities, each with a correction of its own: BV tests and work of an
+/// intersection query, work of all others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Sought {
@@ -41,7 +41,8 @@ impl Sought {
     }
 }
 
-/// For each [`Sought`]: of predictions before a query, and of those after a part of it.
+/// For each [`Sought`] two corrections: for predictions before a query, and for those after a part
+/// of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]
@@ -74,7 +75,7 @@ impl Clone for Pending {
     }
 }
 
-/// What waits is no part of what is remembered.
+/// Pending predictions do not count when memories are compared.
 impl PartialEq for Pending {
     fn eq(&self, _: &Self) -> bool {
         true

@@ -24,11 +24,11 @@ use punctual_geom::lanes::{Column, F8, Lanes};
 use punctual_geom::triangle::distance::{Closest, Distances, closest, distances};
 use punctual_geom::{triangle_segment, triangles_intersect};
 
-/// Least part of a distance that a direction proves which is within 5 degrees of the normal,
+/// A direction that proves at least this fraction of a distance is within 5 degrees of the normal,
 /// rounding included.
 pub(crate) const CLOSE: f32 = 0.999;
 
-/// Stands for the distance of a proposed pair of which only the common area counts.
+/// In place of the lower bound of a proposed pair: only its common area counts.
 const ONLY_AREA: f32 = f32::INFINITY;
 
 impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {

@@ -61,8 +61,8 @@ fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32
     [u * u + v * v + w * w, larger(larger(x, y), z)]
 }
 
-/// Number of triangle pairs of two leaves from which on comparing the leaves along their normals
-/// takes less than the tests that this saves, about a third.
+/// From this number of triangle pairs of two leaves on, comparing the leaves along their normals
+/// takes less time than the tests that it saves, about a third.
 const MANY: u32 = 8;
 
 /// Eight triangles: their first corners, and two edges from there.

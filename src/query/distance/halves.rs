@@ -4,8 +4,8 @@
 //! distinguish them, and a search tests all their pairs: quadratic. If the surfaces lie on two
 //! sides of a slab across the line between the closest points, one pass over all vertices ends the
 //! search. So it does for a search of intersections, along the normal of a triangle in doubt; there
-//! the work is that of exact tests. The pass starts when the search has done so much work that the
-//! pass adds next to nothing, and again when it has done twice as much.
+//! the work is that of exact tests. The pass starts once the search has done [`WORK_BEFORE`] units
+//! for each vertex, so that it adds next to nothing, and again whenever that work has doubled.
 
 use crate::model::cost::MAX_STEP_WORK;
 use crate::tree::Tree;

@@ -26,7 +26,7 @@ pub(crate) struct Lone {
     half: [f32; 3],
     /// Direction from A to B, no longer than 1.
     along: [f32; 3],
-    /// One by the square of `half`.
+    /// 1 over the square of the length of `half`.
     per_square: f32,
     /// Bound of the errors along an axis.
     margin: f32,
@@ -43,7 +43,7 @@ const MOST_REACH: f64 = 16.0;
 /// Part of a box's half extents that does not count in a guess.
 const WITHIN: f32 = 0.6;
 
-/// Divides instead of smaller squares.
+/// Squares below this count as this when they divide.
 const LEAST_SQUARE: f32 = 1e-12;
 
 impl Lone {

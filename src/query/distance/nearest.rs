@@ -343,7 +343,7 @@ impl<const POINTS: bool> Traversal<'_, '_, Nearness, POINTS> {
     }
 }
 
-/// The bit of a mask that is not 0 with the least number.
+/// The bit of a mask, which is not 0, with the least entry of `order`.
 #[inline(always)]
 fn likeliest(mut hits: u32, order: &[f32; WIDTH]) -> usize {
     let mut found = hits.trailing_zeros() as usize % WIDTH;
@@ -356,7 +356,7 @@ fn likeliest(mut hits: u32, order: &[f32; WIDTH]) -> usize {
     found
 }
 
-/// The bit of the least key, as a mask.
+/// The bit with the least key, as a mask.
 #[inline(never)]
 fn closest(hits: u64, key: impl Fn(usize) -> f32) -> u64 {
     let closest = bits(hits).min_by(|&i, &j| key(i).total_cmp(&key(j)));

@@ -62,7 +62,7 @@ pub(crate) struct Search {
     /// If a body is lone ([`Lone`](super::lone::Lone)), true if it is A. The pairs of the frontier
     /// are nodes of the other tree, with keys.
     pub lone: Option<bool>,
-    /// Number of pairs that wait from which on they are tested.
+    /// The number of waiting pairs that are tested together; fewer wait on.
     pub batch: usize,
     /// The upper bits of a key that map to the first bucket.
     first_bucket: Option<u32>,
@@ -117,8 +117,8 @@ impl Search {
         }
     }
 
-    /// Searches beside a lone body: without a dive, because the first nodes opened are those of a
-    /// dive, and testing what a leaf has at once.
+    /// Searches beside a lone body. It needs no dive, because its first nodes are opened as in a
+    /// dive. The triangles of a leaf are tested at once.
     pub fn beside(&mut self, is_a: bool) {
         (self.lone, self.batch) = (Some(is_a), 1);
         (self.is_diving, self.dive) = (false, None);
@@ -232,7 +232,7 @@ impl Search {
     }
 
     /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent.
-    /// The last but few hold keys near the first upper bound.
+    /// The last but one holds the first upper bound.
     pub fn bucket(&mut self, key: f32, cut: f32) -> usize {
         let bits = key.to_bits() >> BUCKET_BITS;
         let first = *self

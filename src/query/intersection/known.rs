@@ -28,7 +28,7 @@ struct Entry {
 pub(crate) struct Known {
     /// Index of the entry, if that names the slot; anything else if the slot is free.
     slots: Box<[u16; SLOTS]>,
-    /// Never more than it was made for.
+    /// Never grows beyond its first capacity.
     entries: Room<Entry>,
 }
 

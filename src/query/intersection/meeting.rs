@@ -81,7 +81,7 @@ impl<const POINTS: bool> Traversal<'_, '_, Meeting<'_>, POINTS> {
         is_enough.then_some(StopReason::FirstHit)
     }
 
-    /// Puts the children of a pair on a path on the paths, if they contain witnesses. Returns the
+    /// Puts those children of a pair from a path that contain witnesses on the paths. Returns the
     /// others.
     #[cold]
     #[inline(never)]
@@ -279,7 +279,7 @@ impl<const POINTS: bool> Sink for Traversal<'_, '_, Meeting<'_>, POINTS> {
     }
 }
 
-/// Of these pairs, those deeper than the mean.
+/// The pairs of `hits` that are deeper than their mean.
 #[inline(never)]
 fn deeper(hits: u64, depth: impl Fn(usize) -> f32) -> u64 {
     let mean = bits(hits).map(&depth).sum::<f32>() / hits.count_ones() as f32;

@@ -85,8 +85,8 @@ impl Query<'_, Intersection> {
         }
     }
 
-    /// What is left of a query that has done this much and proven these bounds of the distance, by
-    /// the model of distances. A box test is a unit of work.
+    /// Predicts the rest of a query after `work`, with these proven bounds of the distance, by the
+    /// model of distances. Each unit of work counts as a box test.
     pub(super) fn rest_within(&self, work: u64, bounds: [f64; 2]) -> Prediction {
         let query = Query::distance(self.a, self.b, self.asked.b_in_a).closer_than(0.0);
         let work = closing::work_left(&query.closing(work, bounds));

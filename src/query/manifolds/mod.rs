@@ -160,15 +160,13 @@ impl<'t> Query<'t, Manifolds> {
         workspace: &mut Workspace,
         deadline: &mut Deadline,
     ) -> StopReason {
-        deadline.begin(workspace.work());
-        if let Some(reason) = deadline.stop(workspace.work()) {
-            return reason;
-        }
-        let inner = workspace.state.manifolds.overlaps.inner(self.shape(), to_b);
-        workspace.run.containment = Containment::Known(inner);
-        workspace.run.stats.work += 2 * (WORK_PER_RAY + 2 * WORK_PER_RAY_TEST);
-        deadline.end(workspace.work());
-        StopReason::Finished
+        let end = deadline.step(workspace, |workspace, _| {
+            let inner = workspace.state.manifolds.overlaps.inner(self.shape(), to_b);
+            workspace.run.containment = Containment::Known(inner);
+            workspace.run.stats.work += 2 * (WORK_PER_RAY + 2 * WORK_PER_RAY_TEST);
+            Ok(())
+        });
+        end.err().unwrap_or(StopReason::Finished)
     }
 
     fn size(&self) -> f64 {

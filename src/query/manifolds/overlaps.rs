@@ -54,7 +54,7 @@ use punctual_geom::{Pose, Ray, triangle_segment, triangles_intersect};
 /// examined ([`Manifold::is_whole`]).
 pub const REGION_LIMIT: usize = 1 << 16;
 
-/// Work of a step on each pair, about what it takes.
+/// Number of items of a phase in one step.
 const STEP: usize = 4;
 
 const _: () = assert!(
@@ -68,7 +68,7 @@ const _: () = assert!(
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_AREA
 );
 
-/// Triangles farther apart than this many times what B may be drawn in need not be drawn in.
+/// Triangles of B farther from A than this many times the reach of drawing in are not drawn in.
 const CLEAR: f64 = 64.0;
 
 /// A direction along which few meshes have edges or faces: a unit vector.
@@ -516,8 +516,8 @@ impl Overlaps {
         }
     }
 
-    /// Of the phase: the number of items, the work of each (0 where an item counts its own), how
-    /// many are one step, and the next phase.
+    /// The phase: its number of items, the work of each (0 where an item counts its own), the
+    /// number of items in a step, and the next phase.
     fn items(&self) -> (usize, u64, usize, Phase) {
         let (cuts, region) = (self.cuts.len(), self.region.len());
         match self.phase {
@@ -622,15 +622,10 @@ pub(crate) fn advance(
         if state.is_done() {
             break StopReason::Finished;
         }
-        if !state.is_casting {
-            deadline.begin(workspace.run.stats.work);
-            if let Some(reason) = deadline.stop(workspace.run.stats.work) {
-                break reason;
-            }
-        }
-        let result = state.step(shape, before, workspace, deadline);
-        deadline.end(workspace.run.stats.work);
-        if let Err(reason) = result {
+        let step = deadline.step(workspace, |workspace, deadline| {
+            state.step(shape, before, workspace, deadline)
+        });
+        if let Err(reason) = step {
             break reason;
         }
     };
@@ -670,7 +665,7 @@ impl Reduction {
         self.skin.begin(width, overlaps.inset.reach(), size);
     }
 
-    /// How far what is reduced may be from the surfaces.
+    /// How far reduced points may be off the surfaces.
     pub fn reach(&self) -> f64 {
         if self.is_on { self.skin.reach } else { 0.0 }
     }
@@ -745,7 +740,7 @@ impl Reduction {
         found
     }
 
-    /// Takes a pair of the skin.
+    /// Adds a pair to the skin.
     fn keep(
         &mut self,
         shape: Shape,
@@ -759,7 +754,7 @@ impl Reduction {
         self.skin.take(shape, pair, corners, found);
     }
 
-    /// Takes the area that two triangles have in common whose contact adds nothing else.
+    /// Adds the common area of two triangles whose contact adds nothing else.
     pub fn take_area(&mut self, corners: [&[DVec3; 3]; 2], stats: &mut Stats) {
         stats.work += WORK_PER_AREA;
         self.skin.add_area(corners);

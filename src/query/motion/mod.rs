@@ -30,7 +30,7 @@ use crate::model::prediction::Quantiles;
 use crate::query::distance::search::Bounded;
 use crate::tree::Tree;
 use punctual_geom::{Motion, Pose, smaller};
-use relative_motion::{RelativeMotion, Setting};
+use relative_motion::{RelativeMotion, Setting, Substep};
 use sweep::Sweep;
 use windows::glide;
 
@@ -227,20 +227,13 @@ impl<'t> Query<'t, Impact> {
             workspace.frontier.clear();
             workspace.state.distance.clear();
             workspace.state.motion.followed = None;
-            deadline.begin(workspace.work());
-            let stop = deadline.stop(workspace.work());
-            if stop.is_none() {
+            let end = deadline.step(workspace, |workspace, _| {
                 workspace.run.stats.work += WORK_PER_SUBSTEP;
-                workspace.state.motion.bound(
-                    &workspace.frontier,
-                    &workspace.state.distance,
-                    &substep,
-                    f32::INFINITY,
-                );
-            }
-            deadline.end(workspace.work());
-            workspace.run.stopped = stop.is_some();
-            return stop.unwrap_or(StopReason::Finished);
+                workspace.bound_motion(&substep);
+                Ok(())
+            });
+            workspace.run.stopped = end.is_err();
+            return end.err().unwrap_or(StopReason::Finished);
         }
         let relative = RelativePose::new(self.a, self.b, &substep.pose);
         let setting = Setting {
@@ -258,12 +251,7 @@ impl<'t> Query<'t, Impact> {
             workspace,
             deadline,
         );
-        workspace.state.motion.bound(
-            &workspace.frontier,
-            &workspace.state.distance,
-            &substep,
-            f32::INFINITY,
-        );
+        workspace.bound_motion(&substep);
         stop
     }
 }
@@ -296,7 +284,7 @@ impl Ask<Impact> for Query<'_, Impact> {
             self.tolerance_in_time(relative_motion),
             free_until,
         );
-        workspace.state.motion.substep = relative_motion.piece_at(free_until);
+        workspace.state.motion.substep = relative_motion.substep_at(free_until);
         if workspace.state.motion.substep < relative_motion.substeps {
             workspace.begin_substep(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
@@ -382,6 +370,12 @@ impl Workspace {
         }));
         self.testing = guess.is_some();
         self.frontier.push(Pair::new(0, 0));
+    }
+
+    /// Raises the time that is proven free to the least time of the pairs left of a substep.
+    fn bound_motion(&mut self, substep: &Substep) {
+        let (frontier, distance) = (&self.frontier, &self.state.distance);
+        (self.state.motion).bound(frontier, distance, substep, f32::INFINITY);
     }
 }
 

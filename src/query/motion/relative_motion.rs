@@ -58,13 +58,13 @@ pub(super) struct RelativeMotion<'m> {
 /// Longest path of a substep, relative to the sizes of both meshes together.
 const WAY: f64 = 16.0;
 
-/// Largest turn of a substep in radians: of a motion as long as the meshes are large, and of one
-/// that turns no more than in a frame. Nearby node pairs are opened again in each substep, so the
-/// latter has fewer. Longer turns are cut finer, because the bend of a substep grows with the
-/// square of its turn.
+/// Largest turn of a substep, in radians: `TURN_OF_FAR` of a motion as long as the meshes are
+/// large, `TURN` of one that turns no more than in a frame. The latter has fewer substeps, because
+/// nearby node pairs are opened again in each. Longer turns are cut finer, because the bend of a
+/// substep grows with the square of its turn.
 const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;
-const MOST_PIECES: f64 = 4_096.0;
+const MOST_SUBSTEPS: f64 = 4_096.0;
 
 /// Upper limit of the change of acceleration in a substep, times the square of its length, relative
 /// to the sizes of both meshes together: bodies may turn fast together, and slowly relative to each
@@ -168,7 +168,7 @@ impl<'m> RelativeMotion<'m> {
         } else {
             substeps
         };
-        (libm::ceil(substeps.min(MOST_PIECES)) as u32).max(1)
+        (libm::ceil(substeps.min(MOST_SUBSTEPS)) as u32).max(1)
     }
 
     /// The pose of B in A.
@@ -215,7 +215,7 @@ impl<'m> RelativeMotion<'m> {
     }
 
     /// The number of the first substep that ends after `time`; for time 1 the number of substeps.
-    pub fn piece_at(&self, time: f64) -> u32 {
+    pub fn substep_at(&self, time: f64) -> u32 {
         let i = (time * f64::from(self.substeps)) as u32;
         if time < 1.0 {
             i.min(self.substeps - 1)
@@ -250,7 +250,7 @@ impl<'m> RelativeMotion<'m> {
         corners.map(|corner| twist.acceleration(corner) * (0.5 * half * half))
     }
 
-    /// Upper bound of the remaining part, apart from rounding.
+    /// Upper bound of the part of the bend that [`Self::bends`] leaves out, apart from rounding.
     pub fn bend_besides(&self, half: f64) -> f64 {
         half * self.drift + self.jerk * half * half * half / 6.0
     }

@@ -150,8 +150,8 @@ impl MotionState {
         self.free_until = self.free_until.max(self.done.min(1.0));
     }
 
-    /// Raises the lower bound from what is left of a substep. `current` is the time of the current
-    /// node pair, if there is one.
+    /// Raises the lower bound to the least time of the pairs left of a substep. `current` is the
+    /// time of the current node pair, if there is one.
     pub(super) fn bound(
         &mut self,
         frontier: &Frontier,

@@ -27,7 +27,7 @@ pub(super) const BEGIN: f32 = -0.5;
 const TIME_ERROR: f32 = 8.0 * ROUNDING;
 
 /// Half a unit of time, plus 1 percent for matrices that are not exactly rotations.
-const HALF_A_PIECE: f32 = 0.505;
+const HALF_A_SUBSTEP: f32 = 0.505;
 
 /// Slower projections count as this fast. The allowance for underflow covers the error.
 const LEAST_SPEED: f32 = 1e-37;
@@ -79,15 +79,15 @@ pub(super) struct Windows<'g> {
     in_b: Drift,
 }
 
-/// The motion of B along the axes of a node. Positions divided by the velocity are times: with the
-/// ends of boxes scaled to times, two boxes meet from the difference of two ends to the difference
-/// of the two others.
+/// The motion of B along the axes of a node. Positions divided by the velocity are times. With box
+/// ends as times, two boxes meet from the difference of one pair of ends until that of the other
+/// pair.
 #[derive(Clone, Copy, Default)]
 struct Drift {
-    /// Minus one over the velocity, and one over the speed.
+    /// Per axis: -1 over the velocity, and 1 over the speed.
     inverse: f32x4,
     size: f32x4,
-    /// The margins as times.
+    /// The margins divided by the speed: times.
     extra: f32x4,
     velocity: f32x4,
     /// The position error of B plus the margin of the overlap test.
@@ -292,7 +292,7 @@ impl<'g> Windows<'g> {
     fn off(&self, turn: f32x4, turn_error: f32, half: f32x4) -> f32x4 {
         let turn = turn.abs() + f32x4::splat(turn_error);
         let way = turn.yzx() * half.zxy() + turn.zxy() * half.yzx();
-        way * f32x4::splat(HALF_A_PIECE) + f32x4::splat(sum(way) * self.glide.spin * 0.25)
+        way * f32x4::splat(HALF_A_SUBSTEP) + f32x4::splat(sum(way) * self.glide.spin * 0.25)
     }
 
     /// The drifts in the orientation of the opened node, and in that of the other node; and 1 if
@@ -367,7 +367,7 @@ impl Measure for Windows<'_> {
         self.least < self.cut
     }
 
-    /// As times. Those of the other node are widened by the margins.
+    /// Ends of the children's boxes as times. Those of the other node are widened by the margins.
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, facing: &Facing, k: usize) -> Extents<L> {
         let (drifts, sign) = self.drifts(facing);

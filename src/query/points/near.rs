@@ -108,7 +108,7 @@ impl Near {
         }
     }
 
-    /// Nothing was missed: the lower bound of the distance.
+    /// The lower bound of the distance when nothing is left to visit.
     pub fn finished(&self) -> f64 {
         self.low.min(self.high * DROPPED)
     }

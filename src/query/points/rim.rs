@@ -51,9 +51,9 @@ impl Viewer {
         }
     }
 
-    /// Four vertices. With the length `l` of a vector and its part `x` along the ray, the numbers
-    /// are those across times `l + x`, and the square across, if `x > 0`; else those across and
-    /// `l - x`. Neither loses digits.
+    /// Four vertices. Let `l` be the length of a vector, `x` its part along the ray and `v` that
+    /// across. The numbers are `(l + x) v` and `v . v` if `x > 0`, else `v` and `l - x`. Neither
+    /// loses digits.
     #[inline(always)]
     pub fn see<L: Lanes>(&self, lanes: L, vertices: [DVec3; 4]) -> [Seen; 4] {
         let Heading { axis, is_negative } = self.heading;

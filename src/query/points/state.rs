@@ -89,8 +89,7 @@ impl PointState {
         self.found.clear();
     }
 
-    /// Prepares for the first of `count` points, `point`. Nothing that is told of it is of a point
-    /// before.
+    /// Prepares for `point`, the first of `count` points, and forgets the point before.
     pub fn begin(&mut self, count: usize, measures: bool, point: DVec3) {
         (self.measures, self.is_within) = (measures, false);
         (self.left, self.point) = (count, point);

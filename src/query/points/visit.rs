@@ -352,7 +352,7 @@ impl Traversal<'_, '_, Locate<'_>> {
 }
 
 impl PointBounds {
-    /// Makes them those of a solid thickened by a radius, from those of its core.
+    /// Turns the bounds of a core into those of the solid thickened by `radius`.
     fn thicken(&mut self, radius: f64, is_finished: bool) {
         let Some(distance) = &mut self.distance else {
             return;

@@ -71,7 +71,7 @@ pub(crate) struct Candidate {
     pub enter: f32,
     /// The side on which the line passes all three edges, if `f32` is certain of it.
     pub faces: Option<i8>,
-    /// Length along the way of a ball before which it does not touch the triangle.
+    /// Length along the path of a ball before which it does not touch the triangle.
     pub free_until: f64,
 }
 

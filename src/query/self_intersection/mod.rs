@@ -149,7 +149,8 @@ impl Ask<SelfIntersection> for Query<'_, SelfIntersection> {
         workspace.verdict(stop)
     }
 
-    /// A node pair with itself has the work of its triangles left, another that of some openings.
+    /// Counts a node paired with itself as the work of its triangles, another pair as some
+    /// openings.
     fn left(&self, workspace: &Workspace, _: Option<&PairMemory>) -> (Quantiles, Option<f64>) {
         let work = |pair: Pair| match pair.nodes {
             [x, y] if x == y => WORK_PER_TRIANGLE * f64::from(self.a.nodes()[x as usize].triangles),

@@ -17,8 +17,8 @@ pub fn shared<P: PartialEq>(a: &[P; 3], b: &[P; 3]) -> u32 {
     row(&a[0]) | row(&a[1]) << 3 | row(&a[2]) << 6
 }
 
-/// What is shared, for the lanes: number of corners in the bits from 6 on (0 if not 1 or 2 corners
-/// of each), in the others the rows of [`TURNS`] for `a` and `b`.
+/// For each mask of [`shared()`]: in the bits from 6 on the number of shared corners, 0 if it is
+/// not 1 or 2 for each triangle; in the bits below the rows of [`TURNS`] for `a` and `b`.
 const LAYOUTS: [u8; 512] = {
     let mut layouts = [0; 512];
     let mut bits = 1;

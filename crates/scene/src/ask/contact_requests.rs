@@ -7,7 +7,8 @@ use smallvec::SmallVec;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactRequests {
-    /// Those of which one body is in the groups of one of these filters, and the other in its mask.
+    /// Requests by filter: pairs of which one body is in the groups of a filter, and the other in
+    /// its mask.
     pub between: SmallVec<[Filter; 4]>,
     pub chosen: BTreeSet<PairKey>,
     /// Distance up to which pairs without contacts are measured.

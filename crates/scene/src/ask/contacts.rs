@@ -197,11 +197,12 @@ impl Scene {
         Ok(())
     }
 
-    /// Sets how far apart bodies are found out to be whose contacts are [requested](Self::find_contacts)
-    /// and that have none, besides their skins; 0 by default. A finished question then proves a
-    /// [`Contacts::low`] of the skin and four fifths of their distance, or of the look-ahead if that is
-    /// less. Costs another question for each pair that is found apart, and none while its bodies move by
-    /// less. Of bodies whose boxes are apart, `low` is the skin and the gap of the boxes.
+    /// Sets the look-ahead, a length; 0 by default. Bodies whose contacts are
+    /// [requested](Self::find_contacts), and that have none, are measured up to this distance
+    /// beyond their skins. A finished question then proves a [`Contacts::low`] of the skin plus
+    /// four fifths of their distance, or of the look-ahead if that is less. Costs another question
+    /// for each pair that is found apart, and none while its bodies move by less. Of bodies whose
+    /// boxes are apart, `low` is the skin plus the gap of the boxes.
     ///
     /// ```
     /// use punctual::{Budget, Pose, Tree, shapes};

@@ -167,7 +167,7 @@ impl Scene {
     /// This takes fewer queries than all pairs. The last upper bound, corrected for the
     /// displacement of both bodies, is an upper bound at once. Pairs need no query if their boxes,
     /// or their own lower bounds minus the displacement of their bodies, are farther apart than
-    /// that. The others are in [`crate::Report::pairs`], are measured like those of
+    /// that. The others are in [`crate::Report::pairs`], and are measured like those of
     /// [`Scene::measure`] within the one budget. A frame takes time linear in the number of pairs,
     /// 40 bytes each. The results of the pairs of these bodies are computed anew once.
     ///
@@ -294,7 +294,8 @@ impl Bodies {
         }
     }
 
-    /// Looks at the boxes of groups of which nothing better is known; false if not at all of them.
+    /// Looks at the boxes of groups without a closest pair; false if it has not looked at all of
+    /// them.
     fn look_at_boxes(&mut self, number: usize, deadline: &mut Deadline) -> bool {
         let group = &self.distance_requests.groups[number];
         if group.closest.is_some() {

@@ -28,7 +28,7 @@ impl Bodies {
             PairQuestion::Distance if self.asks_both(key) => {
                 weight(PairQuestion::Distance).max(weight(PairQuestion::Motion))
             }
-            // They also decide whether the pair meets.
+            // Contacts also decide whether the pair meets.
             PairQuestion::Contacts if self.asks_only_contact(key) => {
                 weight(PairQuestion::Contacts).max(weight(PairQuestion::Meet))
             }
@@ -81,7 +81,7 @@ impl Scene {
         if !importance.is_finite() {
             return Err(SceneError::QuestionImportanceNotFinite { question });
         }
-        // One zero, so that the order of the bits is that of the numbers.
+        // Adding 0.0 makes -0.0 positive, so that the bits have the order of the numbers.
         let weights = &mut self.bodies_mut().weights;
         (weights.of[question as usize], weights.any) = (importance + 0.0, true);
         record!(self, SetQuestionImportance(question, importance));

@@ -72,8 +72,8 @@ impl Build {
         self.ranges.clear();
     }
 
-    /// Builds as far as the deadline allows; true if done. The root is node 0, if there is one; only
-    /// leaves have boxes. Bodies with `news` are newcomers of this `generation`.
+    /// Builds as far as the deadline allows; true if done. The root is node 0, if there is one.
+    /// Inner boxes come with the next refit. Bodies with `news` are newcomers of this `generation`.
     pub fn advance(
         &mut self,
         nodes: &mut Vec<Node>,
@@ -204,6 +204,6 @@ fn middle(proxies: &[Proxy], body: u32) -> DVec3 {
 /// The sort key of a body along an axis. No two are equal.
 fn key(proxies: &[Proxy], body: u32, axis: usize) -> (i64, u32) {
     let bits = middle(proxies, body)[axis].to_bits() as i64;
-    // Those of negative numbers descend.
+    // The bits of negative numbers descend.
     (bits ^ ((bits >> 63) as u64 >> 1) as i64, body)
 }

@@ -267,7 +267,7 @@ impl Broad {
     /// Ends a portion that was merged. `left_out`: some of its pairs were left out for lack of
     /// room.
     pub fn end_portion(&mut self, left_out: bool) {
-        // Then there is no room for those of the next portions either.
+        // If pairs were left out, the next portions have no room either.
         let is_last = left_out || self.stage == (Stage::Merge { last: true });
         self.stage = if is_last {
             Stage::Settle

@@ -8,48 +8,52 @@ use glam::DVec3;
 use punctual::Tree;
 use punctual_geom::{Aabb, Motion, length};
 
-/// Maximum number of pieces, and number of pieces for each half turn.
-const PIECES: usize = 16;
-const PIECES_PER_HALF: f64 = 8.0;
+/// Maximum number of substeps, and number of substeps for each half turn.
+const MOST_SUBSTEPS: usize = 16;
+const SUBSTEPS_PER_HALF_TURN: f64 = 8.0;
 
 /// Bound of the rounding of a time, and of a distance relative to it.
 const ROUNDING: f64 = 1e-12;
 
-/// The boxes of a shape on its way. In each piece, every point is near the straight line between its
-/// positions at both ends.
+/// The boxes of a shape on its way. In each substep, every point is near the straight line between
+/// its positions at both ends.
 pub(super) struct Path {
-    /// The box at the begin and at the end of each piece, widened by the deviation from the lines.
-    pieces: ArrayVec<[Aabb; 2], PIECES>,
+    /// The box at the begin and at the end of each substep, widened by the deviation from the
+    /// lines.
+    substeps: ArrayVec<[Aabb; 2], MOST_SUBSTEPS>,
 }
 
 impl Path {
     pub fn new(tree: &Tree, motion: &Motion, margin: f64) -> Self {
         let angle = motion.turn().length();
         let is_still = angle == 0.0 && motion.velocity() == DVec3::ZERO;
-        let pieces = libm::ceil(angle / PI * PIECES_PER_HALF).clamp(1.0, PIECES as f64);
+        let substeps =
+            libm::ceil(angle / PI * SUBSTEPS_PER_HALF_TURN).clamp(1.0, MOST_SUBSTEPS as f64);
         let margin = margin
             + if is_still {
                 0.0
             } else {
-                arc_error(tree, motion, angle / pieces)
+                arc_error(tree, motion, angle / substeps)
             };
-        let at = |piece: f64| thickened(tree.aabb_at(&motion.pose(piece / pieces)), margin);
-        let pieces = (0..pieces as u32).map(|piece| [at(piece.into()), at(f64::from(piece) + 1.0)]);
+        let at = |substep: f64| thickened(tree.aabb_at(&motion.pose(substep / substeps)), margin);
+        let substeps =
+            (0..substeps as u32).map(|substep| [at(substep.into()), at(f64::from(substep) + 1.0)]);
         Self {
-            pieces: pieces.collect(),
+            substeps: substeps.collect(),
         }
     }
 
     /// The box at the begin.
     pub fn start(&self) -> &Aabb {
-        &self.pieces[0][0]
+        &self.substeps[0][0]
     }
 
     /// A time before which the shape does not meet a box; `None` if it never does.
     pub fn enter(&self, bounds: &Aabb) -> Option<f64> {
-        let count = self.pieces.len() as f64;
-        let mut pieces = self.pieces.iter().zip(0u32..);
-        pieces.find_map(|(ends, piece)| Some((f64::from(piece) + enter(ends, bounds)?) / count))
+        let count = self.substeps.len() as f64;
+        let mut substeps = self.substeps.iter().zip(0u32..);
+        substeps
+            .find_map(|(ends, substep)| Some((f64::from(substep) + enter(ends, bounds)?) / count))
     }
 
     /// A lower bound of the distance from a box at the begin.
@@ -58,7 +62,7 @@ impl Path {
     }
 }
 
-/// The fraction of a piece before which a box that changes linearly does not meet another.
+/// The fraction of a substep before which a box that changes linearly does not meet another.
 fn enter([from, to]: &[Aabb; 2], bounds: &Aabb) -> Option<f64> {
     if from.is_empty() || bounds.is_empty() {
         return None;

@@ -337,8 +337,8 @@ impl Probe for ShapeProbe<'_> {
         let mut memory = PairMemory::without_clearance();
         deadline.spend(WORK_PER_QUERY);
         let question = self.question(placed);
-        question.begin(workspace, &memory, !self.is_limited);
-        let answer = question.go_on(workspace, &mut memory, deadline);
+        workspace.forget_run();
+        let (answer, _) = question.go_on(workspace, &mut memory, deadline, !self.is_limited);
         let is_over = answer.stop.is_final();
         let stop = if is_over {
             StopReason::Finished

@@ -114,7 +114,7 @@ impl Batch {
         mem::swap(&mut self.workspace, &mut other.workspace);
     }
 
-    /// Runs what fits. `scratch` is a workspace of the current thread.
+    /// Runs the pairs that fit the budget. `scratch` is a workspace of the current thread.
     pub fn run(
         &mut self,
         bodies: &Bodies,
@@ -190,8 +190,8 @@ pub(crate) enum Ended {
 }
 
 impl Turn {
-    /// Decides whether the pair meets, before the broad phase. Its state is left as it is where its
-    /// entry has all that is needed.
+    /// Decides whether the pair meets, before the broad phase. Leaves its state unread if its entry
+    /// has all that is needed.
     pub fn search(
         &mut self,
         bodies: &Bodies,
@@ -259,6 +259,9 @@ impl Turn {
     /// Runs the pair as far as the deadline allows.
     pub fn run(&mut self, context: &mut Context) -> Ended {
         let Context { bodies, round, .. } = *context;
+        if !context.held {
+            context.workspace.forget_run();
+        }
         self.known.tell(&mut self.state, bodies, round.frame);
         let Some([a, b]) = bodies.pair(self.key()) else {
             return Ended::NotBegun;
@@ -313,16 +316,14 @@ impl Turn {
             round,
             deadline,
             workspace,
-            held,
             ..
         } = context;
-        let memory = &mut self.state.memory;
-        let resumed = question.resume_or_begin(*held, workspace, memory, round.to_the_end);
         deadline.spend(WORK_PER_QUERY);
-        let answer = question.go_on(workspace, memory, deadline);
+        let memory = &mut self.state.memory;
+        let (answer, before) = question.go_on(workspace, memory, deadline, round.to_the_end);
         let spent = Spent::of(workspace);
         self.spent.work += WORK_PER_QUERY;
-        self.spent.add(spent.since(resumed.unwrap_or_default()));
+        self.spent.add(spent.since(before));
         (answer, spent)
     }
 
@@ -354,19 +355,15 @@ impl Turn {
             round,
             deadline,
             workspace,
-            held,
             ..
         } = context;
-        let resumed =
-            question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end);
-        let mut before = resumed.unwrap_or_default();
         loop {
             deadline.spend(WORK_PER_QUERY);
             self.spent.work += WORK_PER_QUERY;
-            let answer = question.advance(workspace, Some(&mut self.state.memory), deadline);
+            let memory = Some(&mut self.state.memory);
+            let (answer, before) = question.advance(workspace, memory, deadline, round.to_the_end);
             let spent = Spent::of(workspace);
             self.spent.add(spent.since(before));
-            before = spent;
             if let Some(proof) = answer.proof {
                 self.state
                     .note_proof(self.key(), bodies, proof, round.frame);

@@ -44,7 +44,7 @@ impl Turn {
             (touch.completed, touch.cost) = (frame, spent.work);
             touch.pending = Spent::default();
         } else {
-            // The question takes more work than that.
+            // The whole question takes more work than its run so far.
             touch.cost = touch.cost.max(2 * spent.work);
         }
         let decides = round.mode == Mode::Any && bodies.asks_only_contact(key);
@@ -52,7 +52,7 @@ impl Turn {
             self.state.completed = frame;
             self.state.decide(answer.verdict, answer.found, frame);
             if answer.verdict == Verdict::Separated {
-                // Above 0, which proves nothing.
+                // More than 0, because 0 proves nothing.
                 let until = until(
                     bodies,
                     key,
@@ -89,9 +89,10 @@ impl Turn {
     /// Runs a question about the distance of the pair from its begin, besides its own.
     pub fn measure(&mut self, question: &Question, context: &mut Context) -> Answer {
         let workspace = &mut *context.workspace;
-        question.begin(workspace, &self.state.memory, context.round.to_the_end);
+        workspace.forget_run();
         context.deadline.spend(WORK_PER_QUERY);
-        let answer = question.go_on(workspace, &mut self.state.memory, context.deadline);
+        let (memory, to_the_end) = (&mut self.state.memory, context.round.to_the_end);
+        let (answer, _) = question.go_on(workspace, memory, context.deadline, to_the_end);
         self.spent.add(Spent::of(workspace));
         self.spent.work += WORK_PER_QUERY;
         answer

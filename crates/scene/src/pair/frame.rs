@@ -23,7 +23,7 @@ pub(crate) struct Frame<'f> {
     /// The frame in which this mode was first set. Results of earlier frames answer another
     /// question.
     pub asked_since: u64,
-    /// Frames without a change between: the one that began their list, and the last of them.
+    /// The frames without a change so far: the one that began their list, and the last of them.
     pub rest: [u64; 2],
     /// True if the last report was not whole; true if a body's box was outdated when this frame
     /// began.

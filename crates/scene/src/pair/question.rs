@@ -8,14 +8,14 @@ use crate::body::{Bodies, Placed, margins, radii, thickness};
 use crate::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::id::PairKey;
 use punctual::Answer as Answered;
-use punctual::contacts::Manifolds;
-use punctual::distance::Distance;
-use punctual::engine::{Ask, Deadline};
-use punctual::impact::Impact;
+use punctual::contacts::{ManifoldBounds, Manifolds};
+use punctual::distance::{self, Distance};
+use punctual::engine::{self, Ask, Deadline};
+use punctual::impact::{Impact, TimeOfImpact};
 use punctual::intersection::{Intersection, Operand};
 use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::prediction::MAX_STEP_WORK;
-use punctual::{Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
+use punctual::{Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 use punctual_geom::Pose;
 
 /// Relative tolerance of distances that are looked ahead: `low` is at least four fifths of `high`.
@@ -70,7 +70,71 @@ impl Answer {
         }
     }
 
-    /// Sets the verdict if one body is inside the other. No triangles tell of that.
+    fn of_distance(
+        query: &Query<'_, Distance>,
+        Answered { value, stop, .. }: &Answered<distance::Bounds>,
+        workspace: &Workspace,
+    ) -> Self {
+        let is_over = stop.is_final();
+        let bounds = Bounds {
+            low: value.low,
+            high: value.high,
+            triangles: value.nearest.map(|nearest| nearest.triangles),
+            below: if is_over {
+                query.ceiling_in(workspace)
+            } else {
+                0.0
+            },
+            ..Bounds::NOTHING
+        };
+        let proof = Proof::Distance(bounds);
+        let mut answer = Self::bounded(*stop, proof, query.witness_distance(workspace));
+        answer.contain(value.within);
+        if is_over && value.high > 0.0 && query.decides_contact() {
+            answer.verdict = Verdict::Separated;
+        }
+        answer
+    }
+
+    fn of_impact(
+        query: &Query<'_, Impact>,
+        Answered { value, stop, .. }: &Answered<TimeOfImpact>,
+        workspace: &Workspace,
+    ) -> Self {
+        let proof = Proof::Impact(Times::new(value, stop.is_final()));
+        let mut answer = Self::bounded(*stop, proof, query.witness_distance(workspace));
+        answer.contain(value.within);
+        answer
+    }
+
+    /// `radii` are those of the trees.
+    fn of_contacts(
+        query: &Query<'_, Manifolds>,
+        &Answered { value, stop, .. }: &Answered<ManifoldBounds>,
+        radii: f64,
+    ) -> Self {
+        let of_cores = |(triangles, apart): ([u32; 2], f64)| (triangles, apart + radii);
+        let within = value.nearest.filter(|&(_, apart)| query.is_within(apart));
+        let verdict = match within.map(of_cores) {
+            Some((triangles, distance)) => Verdict::of_witness(triangles, distance),
+            None if stop.is_final() && value.nearest.is_none() => Verdict::Separated,
+            None => Verdict::Undecided,
+        };
+        // Whether one is inside the other is found out last.
+        let is_open = !stop.is_final() && query.may_contain();
+        let mut answer = Self {
+            stop,
+            verdict,
+            found: u64::from(within.is_some()),
+            proof: None,
+            missing: if is_open { 0.0 } else { value.low },
+            nearest: value.nearest.map(of_cores),
+        };
+        answer.contain(value.within);
+        answer
+    }
+
+    /// Sets the verdict if one body is inside the other. No triangles prove that.
     fn contain(&mut self, within: Option<Operand>) {
         if let Some(inner) = within {
             (self.verdict, self.found) = (Verdict::Contained { inner }, 0);
@@ -164,49 +228,6 @@ impl<'t> Question<'t> {
         }
     }
 
-    /// True if a workspace holds a stopped run of this question, or its contacts.
-    #[inline]
-    pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
-        match self {
-            Self::Meet(query) => query.is_stopped_in(workspace),
-            Self::Distance(query) => query.is_stopped_in(workspace),
-            Self::Motion(query) => query.is_stopped_in(workspace),
-            Self::Contacts(query, _) => query.is_stopped_in(workspace),
-        }
-    }
-
-    /// Resumes the stopped run of this question that the workspace holds, or begins one. Returns
-    /// the work of a resumed run, from the workspace, because the pair's own record may be newer if
-    /// its boxes were separated in the meantime.
-    #[inline(always)]
-    pub fn resume_or_begin(
-        &self,
-        held: bool,
-        workspace: &mut Workspace,
-        memory: &PairMemory,
-        to_the_end: bool,
-    ) -> Option<Spent> {
-        if held && self.is_stopped_in(workspace) {
-            return Some(Spent::of(workspace));
-        }
-        self.begin(workspace, memory, to_the_end);
-        None
-    }
-
-    /// Prepares a workspace for a run. `to_the_end`: it is expected to finish.
-    ///
-    /// Whether two bodies meet is searched from the roots: the latest witness was tested before, or
-    /// rarely holds, and what lies near it was measured to delay the search.
-    #[inline]
-    pub fn begin(&self, workspace: &mut Workspace, memory: &PairMemory, to_the_end: bool) {
-        match self {
-            Self::Meet(query) => query.begin_task(to_the_end, workspace),
-            Self::Distance(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
-            Self::Motion(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
-            Self::Contacts(query, _) => query.begin(workspace, None, Budget::unlimited()),
-        }
-    }
-
     /// [`Question::advance`] for callers that do not need a copy of their own.
     #[inline(never)]
     pub fn go_on(
@@ -214,20 +235,33 @@ impl<'t> Question<'t> {
         workspace: &mut Workspace,
         memory: &mut PairMemory,
         deadline: &mut Deadline,
-    ) -> Answer {
-        self.advance(workspace, Some(memory), deadline)
+        to_the_end: bool,
+    ) -> (Answer, Spent) {
+        self.advance(workspace, Some(memory), deadline, to_the_end)
     }
 
-    /// Continues the run in a workspace until it is over or the deadline stops it.
+    /// Continues the stopped run of this question that the workspace holds, or begins one, until it
+    /// is over or the deadline stops it. Also returns the work of earlier calls of the run.
+    /// `to_the_end`: a run that begins is expected to finish.
+    ///
+    /// Whether two bodies meet is searched from the roots: the latest witness was tested before, or
+    /// rarely holds, and what lies near it was measured to delay the search.
     #[inline(always)]
     pub fn advance(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
-    ) -> Answer {
+        to_the_end: bool,
+    ) -> (Answer, Spent) {
         match self {
             Self::Meet(query) => {
+                let before = if query.is_stopped_in(workspace) {
+                    Spent::of(workspace)
+                } else {
+                    query.begin_task(to_the_end, workspace);
+                    Spent::default()
+                };
                 let (stop, verdict) = if query.may_contain() {
                     let answer = query.spend(workspace, memory, deadline);
                     (answer.stop, answer.value)
@@ -235,81 +269,46 @@ impl<'t> Question<'t> {
                     let stop = query.search(workspace, memory, deadline);
                     (stop, workspace.verdict(stop))
                 };
-                Answer {
+                let answer = Answer {
                     stop,
                     verdict,
                     found: workspace.found(),
                     proof: None,
                     missing: 0.0,
                     nearest: None,
-                }
+                };
+                (answer, before)
             }
             Self::Distance(query) => {
-                deadline.leave(MAX_DISTANCE_STEP_WORK);
-                let Answered {
-                    value: found, stop, ..
-                } = query.spend(workspace, memory, deadline);
-                deadline.leave(MAX_STEP_WORK);
-                let triangles = found.nearest.map(|nearest| nearest.triangles);
-                let below = if stop.is_final() {
-                    query.ceiling_in(workspace)
-                } else {
-                    0.0
-                };
-                let bounds = Bounds {
-                    low: found.low,
-                    high: found.high,
-                    triangles,
-                    below,
-                    ..Bounds::NOTHING
-                };
-                let (proof, distance) =
-                    (Proof::Distance(bounds), query.witness_distance(workspace));
-                let mut answer = Answer::bounded(stop, proof, distance);
-                answer.contain(found.within);
-                if stop.is_final() && found.high > 0.0 && query.decides_contact() {
-                    answer.verdict = Verdict::Separated;
-                }
-                answer
+                let (found, before) = bound(query, workspace, memory, deadline);
+                (Answer::of_distance(query, &found, workspace), before)
             }
             Self::Motion(query) => {
-                deadline.leave(MAX_DISTANCE_STEP_WORK);
-                let Answered {
-                    value: found, stop, ..
-                } = query.spend(workspace, memory, deadline);
-                deadline.leave(MAX_STEP_WORK);
-                let proof = Proof::Impact(Times::new(&found, stop.is_final()));
-                let mut answer = Answer::bounded(stop, proof, query.witness_distance(workspace));
-                answer.contain(found.within);
-                answer
+                let (found, before) = bound(query, workspace, memory, deadline);
+                (Answer::of_impact(query, &found, workspace), before)
             }
             Self::Contacts(query, radii) => {
-                deadline.leave(MAX_DISTANCE_STEP_WORK);
-                let Answered {
-                    value: found, stop, ..
-                } = query.spend(workspace, None, deadline);
-                deadline.leave(MAX_STEP_WORK);
-                let within = found.nearest.filter(|&(_, apart)| query.is_within(apart));
-                let of_cores = |(triangles, apart): ([u32; 2], f64)| (triangles, apart + radii);
-                let (within, nearest) = (within.map(of_cores), found.nearest.map(of_cores));
-                let verdict = match within {
-                    Some((triangles, distance)) => Verdict::of_witness(triangles, distance),
-                    None if stop.is_final() && found.nearest.is_none() => Verdict::Separated,
-                    None => Verdict::Undecided,
-                };
-                // Whether one is inside the other is found out last.
-                let is_open = !stop.is_final() && query.may_contain();
-                let mut answer = Answer {
-                    stop,
-                    verdict,
-                    found: u64::from(within.is_some()),
-                    proof: None,
-                    missing: if is_open { 0.0 } else { found.low },
-                    nearest,
-                };
-                answer.contain(found.within);
-                answer
+                let (found, before) = bound(query, workspace, None, deadline);
+                (Answer::of_contacts(query, &found, *radii), before)
             }
         }
     }
+}
+
+/// Continues or begins a query whose answers are bounds, and whose steps are longer. Also returns
+/// the work of earlier calls of the run.
+fn bound<Q: engine::Question>(
+    query: &Query<'_, Q>,
+    workspace: &mut Workspace,
+    memory: Option<&mut PairMemory>,
+    deadline: &mut Deadline,
+) -> (Answered<Q::Value>, Spent)
+where
+    for<'q> Query<'q, Q>: Ask<Q>,
+{
+    deadline.leave(MAX_DISTANCE_STEP_WORK);
+    let (answer, before) = query.go_on(workspace, memory, deadline);
+    deadline.leave(MAX_STEP_WORK);
+    let (work, bv_tests) = (before.work, before.bv_tests);
+    (answer, Spent { work, bv_tests })
 }

@@ -97,7 +97,7 @@ pub(crate) fn within(pair: [&Placed; 2], witness: [u32; 2]) -> Option<([u32; 2],
     let ids =
         triangle_ids(pair, witness).filter(|_| !flushing_matters(trees[0], trees[1], b_in_a))?;
     let [a, b] = corners(trees, witness, b_in_a);
-    // What is closest of triangles that meet is no distance.
+    // For triangles that meet, `high` is no distance.
     let distance = match triangles_intersect(&a, &b) {
         true => 0.0,
         false => closest_or_meeting(&a, &b).high,

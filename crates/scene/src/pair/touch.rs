@@ -22,10 +22,10 @@ use punctual_geom::{Pose, length};
 pub(crate) const MOST_CONTACTS: usize = 512;
 pub(crate) const MOST_POINTS: usize = 16;
 
-/// Contacts are found anew once the surfaces have moved by this part of the skin.
+/// Contacts are found anew once the surfaces have moved by this fraction of the skin.
 const REUSED: f64 = 0.25;
 
-/// A point keeps its id within this part of the size of the smaller body.
+/// A point keeps its id while it moves by less than this fraction of the size of the smaller body.
 const REACH: f64 = 0.05;
 
 /// The contacts of a pair.

@@ -14,7 +14,7 @@ use punctual::intersection::Operand;
 use punctual::prediction::MAX_STEP_WORK;
 use punctual::{Query, Verdict, Workspace};
 
-/// A test of a witness must be expected to save so many times its cost.
+/// A test of a witness must be expected to save this many times its cost.
 const MARGIN_OF_TESTS: f32 = 1.2;
 
 /// Number of tests over which the steadiness of a pair is averaged.
@@ -56,7 +56,7 @@ pub(crate) struct Known {
     flags: u8,
 }
 
-/// What stands for a witness where one body is inside the other.
+/// In place of a witness where one body is inside the other.
 const INSIDE: [(Operand, [u32; 2]); 2] = [(Operand::A, [u32::MAX, 0]), (Operand::B, [u32::MAX, 1])];
 
 /// Flags of a pair: the boxes overlap; it was decided; the bodies met when last decided; their
@@ -112,7 +112,7 @@ impl Known {
         frame - u64::from((frame as u32).wrapping_sub(self.since))
     }
 
-    /// A state for it, to be [told](Known::tell) what it has found.
+    /// A new state of the pair, to be [told](Known::tell) what this entry has recorded.
     pub fn new_state(&self, frame: u64) -> PairState {
         PairState::new(match self.is_decided() {
             true => 0,
@@ -149,8 +149,8 @@ impl Known {
         f32::from(self.steadiness) / 255.0
     }
 
-    /// Updates the state with what the list has found since its last turn. `frame` is the current
-    /// frame.
+    /// Updates the state with what the list has recorded here since the last turn. `frame` is the
+    /// current frame.
     #[inline]
     pub fn tell(&self, state: &mut PairState, bodies: &Bodies, frame: u64) {
         let since = self.since(frame);
@@ -247,9 +247,9 @@ impl Known {
             }
         }
         let query = Query::intersection(trees[0], trees[1], b_in_a);
-        query.begin_task(to_the_end, workspace);
+        workspace.forget_run();
         deadline.spend(WORK_PER_QUERY);
-        let answer = Question::Meet(query).advance(workspace, None, deadline);
+        let (answer, _) = Question::Meet(query).advance(workspace, None, deadline, to_the_end);
         let mut spent = Spent::of(workspace);
         if answer.stop.is_final() {
             self.cost = capped(spent.work.max(MAX_STEP_WORK));

@@ -3,10 +3,10 @@
 //! A partial list begins with the pair whose turn it is, so that the guarantee of the round robin
 //! holds however few pairs a frame can read.
 
+use super::groups::BoundsOfGroups;
 use super::known::Known;
 use super::pairs::Pairs;
 use super::revisit::Decision;
-use super::tally::Tallies;
 use super::task::{Task, outlook};
 use super::turns::RoundRobin;
 use crate::ask::TurnKind;
@@ -33,9 +33,9 @@ pub(crate) struct Listing<'l> {
     pub tasks: &'l mut Vec<Task>,
     pub report: &'l mut Report,
     pub turns: &'l mut RoundRobin,
-    /// Bounds of groups: of the pairs without a task, and of all as they are listed.
-    pub tallies: &'l mut Tallies,
-    pub listed: &'l mut Tallies,
+    /// Bounds of groups: from the pairs without a task, and from all pairs as they are listed.
+    pub without_task: &'l mut BoundsOfGroups,
+    pub listed: &'l mut BoundsOfGroups,
     /// Pairs that were found to meet before the list, ascending.
     pub found: &'l [Decision],
     /// Index of the next of them to be listed.
@@ -147,8 +147,8 @@ impl<'l> Listing<'l> {
         [self.tasks.len(), self.report.pairs.len()]
     }
 
-    /// Moves what was listed after the first `tasks` tasks and `pairs` pairs into its place: before
-    /// those of them that are not below the key `from`.
+    /// Moves the tasks and pairs listed after the first `tasks` tasks and `pairs` pairs into their
+    /// places: before those of the first whose keys are not below `from`.
     fn sort_in(&mut self, from: PairKey, [tasks, pairs]: [usize; 2]) {
         let listed = &mut self.report.pairs;
         let place =
@@ -450,7 +450,7 @@ impl<'l> Listing<'l> {
         };
         if !bodies.may_meet(bodies_of(key)) {
             let requests = &bodies.distance_requests;
-            self.tallies.add(requests, key, None, true);
+            self.without_task.add(requests, key, None, true);
             self.listed.add(requests, key, None, true);
             return Look {
                 is_out: true,
@@ -479,7 +479,8 @@ impl<'l> Listing<'l> {
         let requests = &bodies.distance_requests;
         self.listed.add(requests, key, Some(&near), is_settled);
         if is_settled || !is_known {
-            self.tallies.add(requests, key, Some(&near), is_settled);
+            self.without_task
+                .add(requests, key, Some(&near), is_settled);
         }
         let nearness = || 1.0 - (near.bounds.low / wanted.ceiling.max(f64::MIN_POSITIVE)) as f32;
         Look {
@@ -514,8 +515,8 @@ impl<'l> Listing<'l> {
     }
 }
 
-/// True if contacts come before any other question of a pair that met: in their turn, or if they
-/// are more important.
+/// True if contacts come before any other question of a pair that met: because it is their turn, or
+/// because they are more important.
 fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
     let weight = |kind| bodies.weight(key, kind);
     turns.at(key).map_or_else(

@@ -38,6 +38,7 @@
 mod assignment;
 pub(crate) mod executor;
 mod forecast;
+mod groups;
 pub(crate) mod known;
 mod listing;
 mod merge;
@@ -45,7 +46,6 @@ mod pace;
 pub(crate) mod pairs;
 mod revisit;
 pub(crate) mod share;
-mod tally;
 mod task;
 mod turns;
 #[cfg(feature = "parallel")]
@@ -69,6 +69,7 @@ pub(super) use assignment::BATCHES;
 use assignment::{Assignment, take_back};
 use core::cell::Cell;
 use core::time::Duration;
+use groups::BoundsOfGroups;
 use listing::{Counts, Listing};
 use pace::{OVERHEAD, Reserved, Speed};
 use pairs::Pairs;
@@ -79,7 +80,6 @@ use punctual::{Mode, Query, Verdict, Workspace};
 use punctual_geom::{Pose, nanoseconds};
 use revisit::{Revisit, Search};
 use share::Share;
-use tally::Tallies;
 use task::Task;
 use turns::RoundRobin;
 
@@ -89,9 +89,9 @@ const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
 
-/// A frame that was cut makes the next ones tight if less than one of `LITTLE` parts of its time was
-/// left for its rounds: `LEAST_TIGHT` frames, and twice as many each time that the one after them is
-/// like that, at most `MOST_TIGHT`.
+/// A frame that was cut makes the next `LEAST_TIGHT` frames tight if less than a `LITTLE`-th of its
+/// time was left for its rounds. If the frame after them is like that, the number doubles, up to
+/// `MOST_TIGHT`.
 const LITTLE: u32 = 4;
 const LEAST_TIGHT: u64 = 16;
 const MOST_TIGHT: u64 = 256;
@@ -99,10 +99,10 @@ const MOST_TIGHT: u64 = 256;
 /// Minimum number of known pairs per part of the list if their tasks are short.
 const PART: usize = 64;
 
-/// What is reserved for the end of the list and of the frame is at most a frame divided by this.
+/// At most the frame divided by this is reserved for the end of the list and of the frame.
 const MOST_RESERVED: u32 = 4;
 
-/// Reading what tasks have found about groups takes at most a frame divided by this.
+/// Reading the findings of tasks about groups takes at most the frame divided by this.
 const MOST_OF_GROUPS: u32 = 8;
 
 /// Maximum number of rounds of a frame. The rest is small after two or three.
@@ -127,9 +127,9 @@ pub(crate) struct Schedule {
     turns: RoundRobin,
     /// Bounds of groups: of the pairs without a task, of all as they were listed, and of all at the
     /// end of the frame.
-    tallies: Tallies,
-    listed: Tallies,
-    pub told: Tallies,
+    without_task: BoundsOfGroups,
+    listed: BoundsOfGroups,
+    pub told: BoundsOfGroups,
     /// The frame that began the list; and true if the next frame may go on with it.
     pub began_list: u64,
     goes_on: bool,
@@ -165,7 +165,7 @@ impl Schedule {
     }
 
     pub fn reserve_groups(&mut self, groups: usize, report: &mut Report) {
-        self.tallies.reserve(groups);
+        self.without_task.reserve(groups);
         self.listed.reserve(groups);
         self.told.reserve(groups);
         reserve(&mut report.group_distances, groups);
@@ -388,7 +388,7 @@ impl Schedule {
         }
         let mut lap = None;
         frame.lap(&mut lap);
-        self.told.copy(&self.tallies);
+        self.told.copy(&self.without_task);
         let mut deadline = Deadline::of_a_part(frame.end(self.rest.time()), u64::MAX, frame.clock);
         for &Task { key, place, .. } in self.tasks.iter().filter(|task| task.measures) {
             if !deadline.has_room(WORK_PER_TOLD_PAIR) {
@@ -536,19 +536,19 @@ impl Schedule {
         self.goes_on = frame.is_still;
         if !goes_on {
             self.began_list = frame.number;
-            self.tallies.begin(&frame.bodies.distance_requests);
+            self.without_task.begin(&frame.bodies.distance_requests);
             self.listed.begin(&frame.bodies.distance_requests);
         }
         let is_closed = |task: &&Task| goes_on && task.measures && !task.open;
         for &Task { key, place, .. } in self.tasks.iter().filter(is_closed) {
             deadline.spend(WORK_PER_TOLD_PAIR);
-            self.tallies
+            self.without_task
                 .read(key, pairs.state(place as usize, frame), frame);
         }
         let Self {
             tasks,
             turns,
-            tallies,
+            without_task,
             listed,
             revisit,
             batches,
@@ -568,7 +568,7 @@ impl Schedule {
             tasks,
             report,
             turns,
-            tallies,
+            without_task,
             listed,
             found,
             next_found: 0,

@@ -94,7 +94,7 @@ impl<'c> Share<'c> {
         closing.learn(self.clock.now().saturating_sub(end), most);
     }
 
-    /// The rest of so many sixths of the work of the broad phase.
+    /// What is left of this many sixths of the work of the broad phase.
     fn work_left(&self, sixths: u64) -> u64 {
         self.work.map_or(u64::MAX, |work| {
             (work / 6 * sixths).saturating_sub(self.spent)

@@ -45,8 +45,8 @@ impl RoundRobin {
         }
     }
 
-    /// If it is the turn of this pair, that of which question. It then comes before the others,
-    /// because the bodies may move in each frame.
+    /// The question of this pair whose turn it is, if any. It comes before the others, because the
+    /// bodies may move in each frame.
     pub fn at(&self, key: PairKey) -> Option<TurnKind> {
         (key == self.cursor).then_some(self.at)
     }

@@ -75,7 +75,7 @@ impl Manifold {
         &self.points
     }
 
-    /// Makes it one of surfaces with these radii, from that of their cores.
+    /// Turns a manifold of the cores into that of surfaces with these radii.
     pub(crate) fn thicken(&mut self, radii: [f64; 2]) {
         let [of_a, of_b] = radii;
         if of_a + of_b == 0.0 {
@@ -195,8 +195,8 @@ impl<T: Copy> Octagon<T> {
         }
     }
 
-    /// True if a point with this bonus may be beyond the others. It is in both triangles: in the
-    /// first, and up to `shift`, seen along the normal, in the second.
+    /// True if a point with this bonus may be farther than the others. The point is in the first
+    /// triangle and, seen along the normal, within `shift` of the second.
     #[inline(always)]
     pub fn may_gain(&self, [a, b]: [&[DVec3; 3]; 2], bonus: f64, shift: f64) -> bool {
         let range = |corners: &[DVec3; 3]| {
@@ -230,7 +230,7 @@ const ONE_PLACE: [f64; 2] = [1e-6, 1e-9];
 /// than this, relative to the extent.
 const EVEN: f64 = 1e-3;
 
-/// Factor on what a candidate adds if it stays from the frame before.
+/// Factor of the gain of a candidate that stays from the frame before.
 const STAY: f64 = 1.5;
 
 /// The indices of at most four of these points: the one with the least distance, then those that

@@ -21,18 +21,19 @@ use punctual_geom::triangle::distance::{Closest, Places};
 use punctual_geom::{Pose, larger};
 
 /// Cosine of the widest angle, 47 degrees, between the axis of a cone and its normals, and its
-/// sine. More than 45, so that edges that lie on each other beside two faces have the cone of the
-/// faces.
+/// sine. The angle is more than 45 degrees, so that a contact of two edges that lie on each other
+/// joins the cone of the faces beside them.
 const CONE: f64 = 0.682;
 const ACROSS_CONE: f64 = 0.732;
 
-/// Squared cosines of 52 and of 42 degrees: a normal within 5 degrees of one closer to an axis than
-/// this may be, and is, in the cone.
+/// Squared cosines of 52 and of 42 degrees, for a direction within 5 degrees of a normal. If the
+/// direction is closer to an axis than 52 degrees, the normal may be in the cone; closer than 42,
+/// it is.
 const MAY_JOIN: f64 = 0.379;
 const JOINS: f64 = 0.5525;
 
-/// Squared cosine of an angle of 84 degrees: a normal within 5 degrees of one closer to the inner
-/// side of a face is on that side.
+/// Squared cosine of 84 degrees. If a direction is closer than that to the inner side of a face,
+/// each normal within 5 degrees of the direction is on that side.
 const BEHIND: f64 = 0.01;
 
 /// Room for cones. Each axis is more than 47 degrees from those before, and of 24 points on a
@@ -43,23 +44,23 @@ const CONES: usize = 24;
 /// which the two count as equal.
 const FACE: f64 = 0.9998;
 
-/// Squared cosine of the largest angle, 6 degrees, between a normal and two faces that face each
-/// other.
+/// Squared cosine of the largest angle, 6 degrees, between a contact normal and two faces that face
+/// each other.
 const FACING: f64 = 0.989;
 
 /// Squared cosine of the largest angle, 45 degrees, between two faces that have an area in common.
 const OPPOSITE: f64 = 0.5;
 
-/// Squared cosine of an angle of 13 degrees. Of faces closer than that to a normal within 5 degrees
-/// of the contact's, the common area may be wanted.
+/// Squared cosine of 13 degrees. Two faces closer than that to a direction within 5 degrees of the
+/// contact normal may have a common area that counts.
 const STEEP: f64 = 0.95;
 
 /// Cosine of the largest angle, 7 degrees, between a normal and the one that it is replaced by:
 /// that of an overlap, or of the nearest point.
 pub(crate) const SAME: f64 = 0.992_5;
 
-/// Triangles are no nearer than the nearest point of a manifold if their lower bound, which `f32`
-/// has rounded, is this part of its distance.
+/// Triangles count as no nearer than the nearest point of a manifold if their lower bound, which
+/// `f32` has rounded, is at least this fraction of its distance.
 const NEAR: f64 = 0.999;
 
 /// Sine of the angle up to which a neighbor counts as lying in the same plane.
@@ -120,8 +121,8 @@ struct Cone {
     axis: DVec3,
     /// Infinitely far as long as there is no point.
     nearest: ManifoldPoint,
-    /// The distance of the nearest, and `reach` more if it is on no face: where edges lie on each
-    /// other, the direction across both has no more to it than how B is drawn in.
+    /// The distance of the nearest point, plus `reach` if it is on no face: where edges lie on each
+    /// other, the direction across both depends only on how B is drawn in.
     rank: f64,
     farthest: Octagon<ManifoldPoint>,
     /// Sum of the areas that faces have in common, and of their middles weighted by them.
@@ -221,7 +222,7 @@ impl Skin {
     #[inline]
     pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3, nearest: f64) -> bool {
         let is_within = |cone: &Cone| {
-            // Where a normal leans by 47 degrees, its points are apart across the axis.
+            // If a normal leans by 47 degrees, its two points are this far apart across the axis.
             let (bonus, shift) = (-self.lean * low, ACROSS_CONE * low);
             self.lean > ACROSS_CONE
                 && low >= NEAR * cone.nearest.distance
@@ -316,7 +317,7 @@ impl Skin {
         }
     }
 
-    /// Inserts the ends of what parallel edges have in common that are nearest at a point.
+    /// Inserts the ends of the common part of parallel edges that are nearest at a point.
     fn insert_edges(&mut self, corners: [&[DVec3; 3]; 2], point: ManifoldPoint) {
         let [on_a, on_b] = [0, 1].map(|side| edges_at(point.points[side], corners[side]));
         for (i, j) in (0..9)
@@ -394,10 +395,11 @@ impl Skin {
         cone.farthest.insert(point.points[0], bonus, point);
     }
 
-    /// Adds the manifolds of all points so far to those of overlaps. Normals nearly equal to that
-    /// of an overlap, or else to that of the nearest point, are replaced by it. Two faces that face
-    /// each other are not quite parallel, so it is chance which of their normals a point has. If
-    /// there is one overlap of that normal, the points are of its foot, where it is not sunk.
+    /// Adds the manifolds of all points so far to those of overlaps. A normal nearly equal to that
+    /// of an overlap, or else to that of the nearest point, is replaced by it: two faces that face
+    /// each other are not quite parallel, so the normal of a point is by chance one or the other.
+    /// If exactly one overlap has this normal, the points join its manifold: they are where the
+    /// same face is not sunk.
     pub fn tell(&self, all: &mut Vec<Manifold>, before: Before) {
         let overlaps = all.len();
         let is_known = |cone: &&Cone| cone.nearest.distance < f64::INFINITY;
@@ -511,7 +513,7 @@ enum Feature {
 }
 
 impl Feature {
-    /// The one on which a point of a triangle lies.
+    /// The feature on which a point of a triangle lies.
     fn at(point: DVec3, corners: &[DVec3; 3]) -> Self {
         // The edge from corner i is opposite to corner i + 2.
         let is_on = edges_at(point, corners);
@@ -520,7 +522,7 @@ impl Feature {
         corner.map_or_else(|| edge().map_or(Self::Face, Self::Edge), Self::Corner)
     }
 
-    /// The one on which a point lies, and the point; of a face no point.
+    /// The feature on which the closest point of a lane lies, and that point; of a face no point.
     fn of(places: &Places, lane: usize, corners: &[DVec3; 3]) -> (Self, Option<DVec3>) {
         let [from, to] = match places.edge[lane] {
             0.0 => [0, 1],
@@ -538,7 +540,7 @@ impl Feature {
     }
 }
 
-/// The point of a face below another point, if there is one.
+/// The foot of the perpendicular from a point to a face, if it is in the face.
 fn foot(point: DVec3, corners: &[DVec3; 3]) -> Option<DVec3> {
     let normal = face(corners);
     let foot = point - normal * (normal.dot(point - corners[0]) / normal.length_squared());
@@ -614,9 +616,9 @@ fn goes_on(
     }
 }
 
-/// A direction to the outer side of the surface at a feature of a triangle: whichever way the
-/// surface nowhere rises from the feature, it leads out if its component along this vector is
-/// positive, and into the body if that is negative.
+/// A vector to the outer side of the surface at a feature of a triangle. Take a direction along
+/// which the surface nowhere rises from the feature. It leads out if its component along this
+/// vector is positive, and into the body if that is negative.
 fn out(shape: Shape, side: usize, triangle: u32, feature: Feature) -> DVec3 {
     let tree = shape.trees[side];
     let normal = |triangle| face(&shape.corners(side, triangle)).normalize_or_zero();

@@ -1,10 +1,10 @@
 //! The normal of a piece of contact, and its depths.
 //!
 //! A depth is measured along the normal, from where a line leaves A backwards to where it leaves B
-//! forwards. From a vertex inside the other surface one ray shows it, from a point of the curves,
-//! moved inward, two. Of a piece without such vertices two more rays show that both surfaces are
-//! around all the way, until one point is found. Where one surface goes through the other at most
-//! of the points, there is no normal.
+//! forwards. At a vertex inside the other surface this takes one ray; at a point of the curves,
+//! moved inward, two. A piece without such vertices takes two more rays, until one point is found:
+//! they show that the place is inside both surfaces. Where one surface goes through the other at
+//! most of the points, there is no normal.
 
 use super::{Cut, Inset, Octagon, Overlaps, Phase, REGION_LIMIT};
 use crate::engine::deadline::Deadline;
@@ -42,8 +42,9 @@ const LEAN: f64 = 0.1;
 /// A distance of at least this part of a depth counts as reaching it.
 const NEARLY: f64 = 1.0 - 1e-6;
 
-/// Points of a curve are moved toward its middle before their depth is measured: past a steep face
-/// along which it runs, by at least the second part of the way, and at most by the first.
+/// Points of a curve are moved toward its middle before their depth is measured: by at least
+/// `BESIDE` of the way, past a steep face along which the curve runs, and by at most `INWARD` of
+/// it.
 const INWARD: f64 = 0.1;
 const BESIDE: f64 = 1e-9;
 
@@ -86,7 +87,8 @@ impl Directions {
         }
     }
 
-    /// The one within 7 degrees of a unit vector that has the most, if that is at least so much.
+    /// The direction within 7 degrees of a unit vector that has the most length, if that is at
+    /// least `least`.
     fn near(&self, way: DVec3, least: f64) -> Option<DVec3> {
         let Self(known) = self;
         let near = known
@@ -115,7 +117,8 @@ pub(super) struct Group {
     normal: DVec3,
     /// The farthest vertices of A and of B in the region, and the farthest points of the curves.
     farthest: [Octagon<Spot>; 3],
-    /// The deepest vertex of A, and of B: the least height along the normal, the largest.
+    /// The deepest vertex of A and of B, with its height along the normal, which is negated for A:
+    /// A's deepest vertex is the lowest, B's the highest.
     deepest: [Option<(f64, Spot)>; 2],
     /// True if the curves are too short to have an area.
     is_touching: bool,
@@ -135,8 +138,8 @@ pub(super) struct Probing {
     /// The next of them, and its next ray.
     next: usize,
     ray: usize,
-    /// Distances along the normal to where A ends backwards and B forwards, and, where that is
-    /// asked, B backwards and A forwards.
+    /// Distances along the normal to the end of A backwards and of B forwards; if asked for, also
+    /// to the end of B backwards and of A forwards.
     exits: [Option<f64>; 4],
     found: Vec<ManifoldPoint>,
     /// Number of probes along which one of the surfaces goes through the other.
@@ -352,7 +355,7 @@ impl Group {
     }
 }
 
-/// What probes are made of.
+/// The surfaces and cuts from which probes are made.
 struct Drawn<'d, 't> {
     shape: Shape<'t>,
     inset: &'d Inset,
@@ -360,7 +363,7 @@ struct Drawn<'d, 't> {
 }
 
 impl Drawn<'_, '_> {
-    /// The place of a vertex, of B drawn in.
+    /// The place of a vertex; of B, drawn in.
     fn place(&self, side: usize, spot: &Spot) -> DVec3 {
         self.inset.place(self.shape, side, spot.of)
     }
@@ -422,7 +425,7 @@ impl Overlaps {
         if ray < if is_all_around { 4 } else { 2 } {
             let (side, way) = [(0, -normal), (1, normal), (1, -normal), (0, normal)][ray];
             self.probing.exits[ray] = if probe.on == Some(side) {
-                // B itself is that much farther.
+                // The vertex of B itself is farther by a step.
                 Some(if side == 1 { step } else { 0.0 })
             } else {
                 // Curves lie on faces: so a face that holds the place counts as ahead.

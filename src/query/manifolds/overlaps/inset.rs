@@ -39,12 +39,12 @@ pub(crate) struct Inset {
     pub step: f64,
     /// The index of a vertex of B in `offsets`.
     known: Marks,
-    /// The ways of vertices, in A's frame.
+    /// The ways of vertices: the vectors by which they move, in A's frame.
     offsets: Vec<DVec3>,
 }
 
 impl Inset {
-    /// An upper bound of the way of a vertex.
+    /// An upper bound of the length of a vertex's way.
     pub fn reach(&self) -> f64 {
         REACH * self.step
     }
@@ -131,7 +131,7 @@ fn step(shape: Shape) -> f64 {
     STEP * of_a.max(largest(shape.b_in_a.translation().abs()) + 2.0 * of_b)
 }
 
-/// An upper bound of the way of a vertex of B.
+/// An upper bound of the length of the way of a vertex of B.
 pub(crate) fn reach(shape: Shape) -> f64 {
     REACH * step(shape)
 }

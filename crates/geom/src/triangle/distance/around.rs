@@ -18,7 +18,8 @@ pub struct Around<L: Lanes> {
     inverse: [F8<L>; 3],
     /// Projection of the first edge on the third.
     turn: F8<L>,
-    /// Normal of the faces, and the vectors whose products with a point are its parts of the edges.
+    /// Normal of the faces, and the vectors whose dot products with a point are its coordinates
+    /// along the two edges.
     normal: V8<L>,
     parts: [V8<L>; 2],
     /// As [`Pair::error`].

@@ -41,7 +41,7 @@ pub enum BallStep {
 /// as seen from the origin and to the radius: more than [`closest_to_point`] leaves open.
 const TOUCHES: f64 = 1e-13;
 
-/// Part of a step that is certain in spite of its rounding.
+/// Fraction of a step that is certain in spite of its rounding.
 const CERTAIN: f64 = 1.0 - 8.0 * f64::EPSILON;
 
 /// Directions closer to a plane than this, relative to both lengths, come from neither side.
@@ -66,8 +66,8 @@ impl MovingBall {
         }
     }
 
-    /// Goes on to a triangle from a length along the way before which it is known not to touch it.
-    /// The second value is true if that took long. Constant time.
+    /// Advances towards a triangle from a length along the path before which the ball does not
+    /// touch it. The second value is true if that took long. Constant time.
     #[must_use]
     pub fn step(&self, corners: &[DVec3; 3], from: f64) -> (BallStep, bool) {
         let corners = corners.map(|corner| corner - self.origin);

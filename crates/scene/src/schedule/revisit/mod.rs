@@ -264,8 +264,8 @@ impl Revisit {
         self.found.push(Decision { key, verdict });
     }
 
-    /// A witness no longer meets: its neighbors may. They are tested if they are expected to, and
-    /// sometimes even if not, because the expectation may be outdated.
+    /// Tests the neighbors of a lost witness if they are expected to meet, and sometimes even if
+    /// not, because the expectation may be outdated. If none meets, records the pair as lost.
     fn lose(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
         let (key, witness) = (pairs.key(place), pairs.at(place).witness());
         let is_due =
@@ -301,7 +301,8 @@ impl Revisit {
 #[inline(always)]
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
-    // Two fixed bodies are known if their distance was measured: then a body is, or was, special.
+    // A pair of fixed bodies is known only if its distance was measured: then a body is, or was,
+    // special.
     !(bodies.has_special && !(bodies.asks_only_contact(key) && broad.compares(pair)))
         && !bodies.wants_contacts(key)
         && bodies.may_meet(pair)

@@ -2,8 +2,9 @@
 //! is *hot* if it met, or if its rank is not far below that at which the last frame ended its
 //! searches.
 //!
-//! First the pairs whose turn it is, in a share of the frame that what a long search takes beyond it
-//! reduces in later frames. Then the hot ones and a part of the others by rank, then all others.
+//! First the pairs whose turn it is, in a share of the frame. If a long search exceeds this share,
+//! the share of later frames is less. Then the hot ones and a part of the others by rank, then all
+//! others.
 
 use super::{Decision, Revisit, Search, Walk, is_plain};
 use crate::ask::TurnKind;
@@ -23,16 +24,16 @@ use punctual::Verdict;
 use punctual::engine::Deadline;
 use punctual_geom::nanoseconds;
 
-/// The share of a frame that the pairs have whose turn it is: one part of so many.
+/// The pairs whose turn it is have the frame divided by this.
 const TURNS: f64 = 8.0;
 
-/// Ranking takes at most one part of so many of the time left.
+/// Ranking takes at most the time left divided by this.
 const RANKING: u32 = 4;
 
 /// A pair is hot while its gain is at least that of the last one searched divided by this.
 const COOLING: f32 = 4.0;
 
-/// A frame looks at one in so many of the pairs that are not hot: some may have come near.
+/// A frame looks at one in this many of the pairs that are not hot: some may have come near.
 const COLD: usize = 16;
 
 /// A tight frame has to end soon after any search, so each thread searches this many pairs at once.
@@ -136,8 +137,8 @@ impl Revisit {
         }
     }
 
-    /// Ranks pairs, as far as a part of the time allows. `shares`: whether hot or cold ones, and one
-    /// of how many, in turn.
+    /// Ranks pairs, as far as a part of the time allows. `shares`: hot (true) or cold pairs, and
+    /// one in how many of them, in turn.
     fn rank(&mut self, shares: &[(bool, usize)], search: &mut Search, ranks: &mut Vec<u64>) {
         ranks.clear();
         let frame = search.frame;
@@ -319,7 +320,7 @@ fn is_sought(place: usize, search: &mut Search) -> bool {
 #[inline(always)]
 fn rank_of(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
     let (_, rank) = outlook(frame, pairs.at(place), None, TurnKind::Meet, None, true);
-    // Of the importance the upper half tells enough. Gains of one half of an octave count as equal:
+    // The upper half of the importance suffices. Gains of one half of an octave count as equal:
     // then pairs of one body follow one another, and their trees are in the cache.
     let halves = rank >> 32 & 0xffff_0000 | rank >> 16 & GAIN_BITS;
     halves << 32 | place as u64

@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 
 /// The bounds of two groups.
 #[derive(Clone, Copy, Debug)]
-struct Tally {
+struct BoundsOfGroup {
     /// The least lower bound of the pairs examined.
     low: f64,
     /// The closest pair that was queried.
@@ -29,16 +29,16 @@ struct Tally {
 }
 
 #[derive(Debug, Default)]
-pub(crate) struct Tallies(Vec<Tally>);
+pub(crate) struct BoundsOfGroups(Vec<BoundsOfGroup>);
 
-impl Tallies {
+impl BoundsOfGroups {
     pub fn reserve(&mut self, groups: usize) {
         reserve(&mut self.0, groups);
     }
 
     pub fn begin(&mut self, requests: &DistanceRequests) {
         self.0.clear();
-        let nothing = Tally {
+        let nothing = BoundsOfGroup {
             low: f64::INFINITY,
             closest: None,
             counted: 0,
@@ -47,7 +47,7 @@ impl Tallies {
         self.0.extend(requests.groups.iter().map(|_| nothing));
     }
 
-    /// Copies the bounds of other tallies.
+    /// Copies other bounds.
     pub fn copy(&mut self, other: &Self) {
         self.0.clone_from(&other.0);
     }
@@ -61,23 +61,23 @@ impl Tallies {
         is_settled: bool,
     ) {
         for (number, _) in requests.groups_of(key) {
-            let tally = &mut self.0[number as usize];
-            tally.counted += 1;
+            let of_group = &mut self.0[number as usize];
+            of_group.counted += 1;
             let Some(near) = near else { continue };
-            tally.open += usize::from(!is_settled);
-            tally.low = tally.low.min(near.bounds.low);
-            let high = tally
+            of_group.open += usize::from(!is_settled);
+            of_group.low = of_group.low.min(near.bounds.low);
+            let high = of_group
                 .closest
                 .map_or(requests.groups[number as usize].ceiling, |(_, bounds)| {
                     bounds.high
                 });
             if near.is_of_query && near.bounds.high <= high {
-                tally.closest = Some((key, near.bounds));
+                of_group.closest = Some((key, near.bounds));
             }
         }
     }
 
-    /// Adds what the state of a pair tells.
+    /// Adds the bounds in the state of a pair.
     pub fn read(&mut self, key: PairKey, state: &PairState, frame: &Frame) {
         let requests = &frame.bodies.distance_requests;
         let near = (frame.bodies).near(key, state, frame.changed(key), frame.number);
@@ -88,11 +88,11 @@ impl Tallies {
 
     /// Reports the bounds at the end of a frame.
     pub fn tell(&self, bodies: &Bodies, report: &mut Report) {
-        for (tally, group) in self.0.iter().zip(&bodies.distance_requests.groups) {
+        for (of_group, group) in self.0.iter().zip(&bodies.distance_requests.groups) {
             let Some(id) = group.id else { continue };
             let ceiling = group.ceiling;
-            let low = match tally.counted == group.keys.len() {
-                true => tally.low,
+            let low = match of_group.counted == group.keys.len() {
+                true => of_group.low,
                 false => 0.0,
             };
             let carried = group.closest.filter(|_| ceiling < f64::INFINITY);
@@ -105,7 +105,7 @@ impl Tallies {
                     },
                 )
             });
-            let closest = tally.closest.or(carried);
+            let closest = of_group.closest.or(carried);
             let high = closest.map_or(ceiling, |(_, bounds)| bounds.high);
             let bodies = closest.map(|(key, _)| bodies_of(key).map(|body| bodies.id(body)));
             let triangles = closest.and_then(|(_, bounds)| bounds.triangles);
@@ -115,15 +115,15 @@ impl Tallies {
                 high,
                 bodies,
                 triangles,
-                open: tally.open + group.keys.len() - tally.counted,
+                open: of_group.open + group.keys.len() - of_group.counted,
             });
         }
     }
 
     /// Passes the closest pairs of this frame on to the next frames.
     pub fn hand_on(&self, requests: &mut DistanceRequests, frame: u64) {
-        for (tally, group) in self.0.iter().zip(&mut requests.groups) {
-            if let Some((key, bounds)) = tally.closest {
+        for (of_group, group) in self.0.iter().zip(&mut requests.groups) {
+            if let Some((key, bounds)) = of_group.closest {
                 group.closest = Some((key, bounds, frame));
             }
         }
