@@ -2,7 +2,8 @@
 //!
 //! ROBOT is a folder with `robot.urdf`, `shapes.csv`, `configs.csv` and `environment.csv`, as the robots of the shared data. The
 //! cloud is a sample of the surfaces of the environment with a noise of 2 mm. Of each of 100 configurations it is asked whether
-//! a point is within 2 cm of the links that are meshes, their triangles divided in four TIMES times, how far the nearest is, and which are within 2 cm. Printed is CPU time
+//! a point is within 2 cm of the links that are meshes, their triangles divided in four TIMES times, how far the nearest is, and which are within 2 cm;
+//! also of a window of the same points. Printed is CPU time
 //! of a configuration in microseconds: median, mean and 95 %.
 
 use std::collections::HashMap;
@@ -10,6 +11,7 @@ use std::path::Path;
 
 use cpu_time::ThreadTime;
 use oorandom::Rand64;
+use punctual::tree::PointWindow;
 use punctual::{Answer, Budget, Mesh, Pose, Query, Tree, Workspace};
 use punctual_robot::{Model, UrdfOptions};
 
@@ -197,6 +199,19 @@ fn main() {
         trees.iter().map(|tree| tree.mesh().len()).sum::<usize>(),
         cloud.stats().bytes() / count
     );
+    let mut window = PointWindow::new(count, 5.0).unwrap();
+    window.insert(&points).unwrap();
+    let frame = &points[..count.min(10_000)];
+    let of_frame = least(9, || {
+        window.insert(frame).unwrap();
+        window.advance(Budget::unlimited())
+    });
+    println!(
+        "a window of all points takes a frame of {} in {of_frame:.2} ms",
+        frame.len()
+    );
+    window.insert(&points).unwrap();
+    window.advance(Budget::unlimited());
     let asker = |cloud| {
         let mut workspace = Workspace::new();
         workspace.reserve_near_points(count);
@@ -209,19 +224,22 @@ fn main() {
             counts: [0; 3],
         }
     };
-    let questions: [(&str, &Tree, Question); 6] = [
+    let questions: [(&str, &Tree, Question); 9] = [
         ("any", &cloud, Asker::any),
+        ("any, window", window.tree(), Asker::any),
         ("any, triangles", &degenerate, Asker::any),
         ("nearest", &cloud, Asker::nearest),
+        ("nearest, window", window.tree(), Asker::nearest),
         ("nearest, triangles", &degenerate, Asker::nearest),
         ("all", &cloud, Asker::all),
+        ("all, window", window.tree(), Asker::all),
         ("all, by contacts", &cloud, Asker::contacts),
     ];
     let only = arguments.next();
     let repeats = arguments.next().map_or(1, |x| x.parse().unwrap());
     let is_asked = |name: &str| only.as_ref().is_none_or(|only| only == name);
     let mut askers = questions.map(|(_, cloud, _)| asker(cloud));
-    let (mut times, mut sums) = ([const { Vec::new() }; 6], [0.0; 6]);
+    let (mut times, mut sums) = ([const { Vec::new() }; 9], [0.0; 9]);
     for poses in (0..repeats).flat_map(|_| &poses) {
         let links: Vec<_> = trees.iter().zip(poses.iter().copied()).collect();
         for (i, (name, _, ask)) in questions.iter().enumerate() {

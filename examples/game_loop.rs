@@ -79,7 +79,7 @@ fn insert_all(scene: &mut Scene, bodies: &[Body]) -> Result<Vec<BodyId>, SceneEr
 
 /// Counts and times of one frame, or sums over all frames.
 #[derive(Default)]
-struct Tally {
+struct Counts {
     contacts: usize,
     found: usize,
     pairs: usize,
@@ -92,7 +92,7 @@ struct Tally {
     taken: Duration,
 }
 
-impl Tally {
+impl Counts {
     fn add(&mut self, frame: &Self) {
         self.contacts += frame.contacts;
         self.found += frame.found;
@@ -186,7 +186,7 @@ fn against_a_plain_loop(
 }
 
 /// Plays one frame of both scenes.
-fn compare(scene: &mut Scene, unhurried: &mut Scene) -> Tally {
+fn compare(scene: &mut Scene, unhurried: &mut Scene) -> Counts {
     let start = ThreadTime::now();
     let report = scene.detect(Budget::time(BUDGET));
     let used = start.elapsed();
@@ -204,7 +204,7 @@ fn compare(scene: &mut Scene, unhurried: &mut Scene) -> Tally {
             .is_some_and(|pair| touch(pair.verdict))
     };
     let wrong = decided.filter(|pair| touch(pair.verdict) != truly_touch(pair));
-    Tally {
+    Counts {
         contacts: truth.intersecting,
         found: report.intersecting,
         pairs: truth.pairs.len(),
@@ -235,7 +235,7 @@ fn play(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         out,
         "frame   true reported       all  decided     used  past the budget  others, us"
     )?;
-    let (mut total, mut late, mut oldest) = (Tally::default(), Vec::new(), 0);
+    let (mut total, mut late, mut oldest) = (Counts::default(), Vec::new(), 0);
     for frame in 0..FRAMES {
         for (body, (&id, &same)) in moving.clone().enumerate() {
             let pose = pose(body, frame)?;
@@ -262,7 +262,7 @@ fn play(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let [used, whole] = [total.used, total.unhurried].map(|time| time / FRAMES as u32);
     let (
         [found, decided],
-        Tally {
+        Counts {
             contacts,
             decided: answers,
             wrong,

@@ -79,8 +79,8 @@ extern "C" {
 
 /**
  * How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and
- * nothing was changed (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text that
- * names the place.
+ * nothing was changed (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text
+ * that names the place.
  */
 enum punctual_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -96,8 +96,8 @@ enum punctual_status
    */
   PUNCTUAL_STATUS_NULL = 1,
   /**
-   * A number is out of its range: an unknown value of an enumeration, an index or a length, or
-   * NaN.
+   * A number is out of its range: an unknown value of an enumeration, an index or a length,
+   * or NaN.
    */
   PUNCTUAL_STATUS_BAD_ARGUMENT = 2,
   /**
@@ -133,8 +133,8 @@ enum punctual_status
    */
   PUNCTUAL_STATUS_NO_THREAD = 10,
   /**
-   * An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which can
-   * only be freed now.
+   * An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which
+   * can only be freed now.
    */
   PUNCTUAL_STATUS_POISONED = 11,
   /**
@@ -176,8 +176,8 @@ const char *punctual_version(void);
  * coordinates of B to those of A: `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double,
  * rounded after each operation.
  *
- * It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror) and
- * then used as it is.
+ * It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror)
+ * and then used as it is.
  */
 typedef struct punctual_pose {
   /**
@@ -277,8 +277,8 @@ enum punctual_format
    */
   PUNCTUAL_FORMAT_PLY = 2,
   /**
-   * glTF, binary or JSON text with its buffers in it: the triangles of the default scene, moved
-   * by their nodes.
+   * glTF, binary or JSON text with its buffers in it: the triangles of the default scene,
+   * moved by their nodes.
    */
   PUNCTUAL_FORMAT_GLTF = 3,
   /**
@@ -519,8 +519,8 @@ typedef uint32_t punctual_solid;
 #endif // __cplusplus
 
 /**
- * The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as
- * none refits or frees it.
+ * The bounding volume tree of one mesh. Any number of threads may read it and query it, as
+ * long as none refits or frees it.
  */
 typedef struct punctual_tree punctual_tree;
 
@@ -542,13 +542,13 @@ typedef struct punctual_build_options {
   uint32_t frames;
   /**
    * Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a
-   * scene, convex bodies that are close are then told apart by a plane, without a search, until
-   * a refit. Takes a third to the whole of the build's time more.
+   * scene, convex bodies that are close are then told apart by a plane, without a search,
+   * until a refit. Takes a third to the whole of the build's time more.
    */
   uint32_t extremes;
   /**
-   * Most threads to build in; more than one only for large meshes. The tree is the same, to the
-   * bit.
+   * Most threads to build in; more than one only for large meshes. The tree is the same, to
+   * the bit.
    */
   size_t threads;
   /**
@@ -566,8 +566,8 @@ typedef struct punctual_tree_facts {
    */
   uint32_t size;
   /**
-   * How much looser the boxes have become since the build, by refits: the SAH cost now over that
-   * after the build, no unit.
+   * How much looser the boxes have become since the build, by refits: the SAH cost now over
+   * that after the build, no unit.
    */
   float degradation;
   /**
@@ -624,8 +624,8 @@ typedef struct punctual_tree_level {
    */
   uint32_t nodes;
   /**
-   * Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a
-   * binary level, 0 to 1.
+   * Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink
+   * on a binary level, 0 to 1.
    */
   float alpha[3];
   /**
@@ -633,6 +633,40 @@ typedef struct punctual_tree_level {
    */
   float levels;
 } punctual_tree_level;
+
+/**
+ * A pinhole camera of depth images. Rows go from top to bottom, and so does `y`; `x` goes to
+ * the right and `z` forward.
+ */
+typedef struct punctual_depth_camera {
+  /**
+   * Pixels of a row.
+   */
+  size_t width;
+  /**
+   * Rows.
+   */
+  size_t height;
+  /**
+   * Focal lengths `fx`, `fy` in pixels; negative ones mirror.
+   */
+  double focal[2];
+  /**
+   * Where the axis of the camera passes, `cx`, `cy` in pixels: the centre of the first pixel
+   * is at 0, 0.
+   */
+  double center[2];
+  /**
+   * The length of one unit of depth: 0.001 for millimetres and points in metres, 1 if both
+   * are in one unit.
+   */
+  double scale;
+} punctual_depth_camera;
+
+/**
+ * Frees a tree; null is fine. Scenes keep what they share.
+ */
+void punctual_tree_free(struct punctual_tree *tree);
 
 /**
  * What `punctual_build_options_default` calls: writes as many bytes as the caller's struct has.
@@ -678,11 +712,6 @@ punctual_status punctual_tree_to_bytes(const struct punctual_tree *tree,
  * number, and the tree that it makes gives true answers about the mesh that they hold.
  */
 punctual_status punctual_tree_from_bytes(const uint8_t *bytes, size_t count, struct punctual_tree **tree);
-
-/**
- * Frees a tree; null is fine. Scenes keep what they share.
- */
-void punctual_tree_free(struct punctual_tree *tree);
 
 /**
  * Moves the vertices of the mesh, which keeps its triangles: all of them, `3 * vertex_count`
@@ -770,6 +799,21 @@ punctual_status punctual_tree_from_points_f64(const double *points,
                                               size_t count,
                                               double radius,
                                               struct punctual_tree **tree);
+
+/**
+ * Builds the cloud of a depth image of `count` depths, row by row: pixel `(i, j)` of depth `d`
+ * is the point `(d (i - cx) / fx, d (j - cy) / fy, d)`, times the scale, in the frame of the
+ * camera. Pixels without a depth, 0, negative, infinite or NaN, are passed over, so the ids of
+ * points are not those of pixels. `radius` is as of `punctual_tree_from_points_f32`.
+ *
+ * Fails with BAD_ARGUMENT if a number of the camera is not finite, a focal length is 0 or the
+ * scale not above 0, there are more or fewer depths than pixels, or for the radius.
+ */
+punctual_status punctual_tree_from_depth(struct punctual_depth_camera camera,
+                                         const float *depths,
+                                         size_t count,
+                                         double radius,
+                                         struct punctual_tree **tree);
 
 /**
  * A copy of a tree, thickened by a ball of this radius: all questions are about the points no
@@ -948,8 +992,8 @@ typedef struct punctual_budget {
 } punctual_budget;
 
 /**
- * A clock of the caller's. It is asked during the call that it is passed to, on the same thread.
- * It must not unwind (throw), and not use what that call is using.
+ * A clock of the caller's. It is asked during the call that it is passed to, on the same
+ * thread. It must not unwind (throw), and not use what that call is using.
  */
 typedef struct punctual_clock {
   /**
@@ -983,15 +1027,15 @@ struct punctual_budget punctual_budget_work(uint64_t units);
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * Memory of one pair of trees between frames. It changes the speed of an answer, never the answer;
- * handed to another pair of trees, it forgets everything; refitted trees it takes for the same.
- * One thread at a time may use it.
+ * Memory of one pair of trees between frames. It changes the speed of an answer, never the
+ * answer; handed to another pair of trees, it forgets everything; refitted trees it takes for
+ * the same. One thread at a time may use it.
  */
 typedef struct punctual_memory punctual_memory;
 
 /**
- * Every buffer that a query needs, and what the last query found and left open. Allocated once:
- * queries do not allocate. One thread at a time may use it.
+ * Every buffer that a query needs, and what the last query found and left open. Allocated
+ * once: queries do not allocate. One thread at a time may use it.
  */
 typedef struct punctual_workspace punctual_workspace;
 
@@ -1030,8 +1074,8 @@ typedef struct punctual_memory_facts {
    */
   int64_t last_bv_tests;
   /**
-   * How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about
-   * the last 20.
+   * How often the verdict changes from one decided frame to the next, 0 to 1: a mean over
+   * about the last 20.
    */
   double change_rate;
 } punctual_memory_facts;
@@ -1063,14 +1107,14 @@ typedef struct punctual_cost_model {
 } punctual_cost_model;
 
 /**
- * Makes a memory that knows nothing, of about 1 kB.
- */
-punctual_status punctual_memory_new(struct punctual_memory **memory);
-
-/**
  * Frees a memory; null is fine.
  */
 void punctual_memory_free(struct punctual_memory *memory);
+
+/**
+ * Makes a memory that knows nothing, of about 1 kB.
+ */
+punctual_status punctual_memory_new(struct punctual_memory **memory);
 
 /**
  * Tells what is remembered.
@@ -1093,6 +1137,11 @@ punctual_status punctual_memory_clearance(const struct punctual_memory *memory,
                                           double *clearance);
 
 /**
+ * Frees a workspace; null is fine.
+ */
+void punctual_workspace_free(struct punctual_workspace *workspace);
+
+/**
  * Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 960
  * kB.
  */
@@ -1106,11 +1155,6 @@ punctual_status punctual_workspace_new(struct punctual_workspace **workspace);
  * Fails with OUT_OF_MEMORY if there is not that much.
  */
 punctual_status punctual_workspace_with_capacity(size_t queue, size_t pairs, struct punctual_workspace **workspace);
-
-/**
- * Frees a workspace; null is fine.
- */
-void punctual_workspace_free(struct punctual_workspace *workspace);
 
 /**
  * Uses the portable kernels from now on, whatever the machine offers: slower, the same bits.
@@ -1179,9 +1223,9 @@ enum punctual_stop_reason
    */
   PUNCTUAL_STOP_REASON_PAIRS_FULL = 4,
   /**
-   * The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the
-   * pose are so small, below about 2^-960, that this could make an answer false. Clear the
-   * setting and resume.
+   * The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or
+   * the pose are so small, below about 2^-960, that this could make an answer false. Clear
+   * the setting and resume.
    */
   PUNCTUAL_STOP_REASON_FLUSHED_TO_ZERO = 5,
   /**
@@ -1198,7 +1242,8 @@ typedef uint32_t punctual_stop_reason;
 #endif // __cplusplus
 
 /**
- * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
+ * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is
+ * known.
  */
 enum punctual_verdict
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -1219,16 +1264,16 @@ enum punctual_verdict
    */
   PUNCTUAL_VERDICT_SEPARATED = 2,
   /**
-   * Proven: the witness triangles are no farther apart than the margins of both bodies together.
-   * Said only of bodies of a scene of which one has a margin. Whether some triangles share a
-   * point is not said.
+   * Proven: the witness triangles are no farther apart than the margins of both bodies
+   * together. Said only of bodies of a scene of which one has a margin. Whether some
+   * triangles share a point is not said.
    */
   PUNCTUAL_VERDICT_WITHIN = 3,
   /**
-   * Proven: the surfaces do not meet, but one body is inside the other: A if the first number of
-   * the witness is 0, B if it is 1. Said only of two solids of which the outer one is closed. Of
-   * bodies of a scene with a margin, a measured distance or a motion, it says only that a vertex
-   * of this body is inside the other: their surfaces may meet, too.
+   * Proven: the surfaces do not meet, but one body is inside the other: A if the first
+   * number of the witness is 0, B if it is 1. Said only of two solids of which the outer one
+   * is closed. Of bodies of a scene with a margin, a measured distance or a motion, it says
+   * only that a vertex of this body is inside the other: their surfaces may meet, too.
    */
   PUNCTUAL_VERDICT_CONTAINED = 4,
 };
@@ -1261,8 +1306,8 @@ typedef struct punctual_stats {
    */
   uint64_t work;
   /**
-   * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under
-   * a time budget.
+   * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only
+   * under a time budget.
    */
   int64_t elapsed;
   /**
@@ -1306,8 +1351,8 @@ typedef struct punctual_certificate {
    */
   uint64_t upper_bound;
   /**
-   * Every missed intersection lies in a box with no edge longer than this, in the length unit of
-   * the meshes.
+   * Every missed intersection lies in a box with no edge longer than this, in the length
+   * unit of the meshes.
    */
   double largest_extent;
 } punctual_certificate;
@@ -1342,8 +1387,8 @@ typedef uint32_t punctual_mode;
 #endif // __cplusplus
 
 /**
- * Which node pair is visited next. All orders give the same finished answer; they differ in what
- * is known when a budget ends.
+ * Which node pair is visited next. All orders give the same finished answer; they differ in
+ * what is known when a budget ends.
  */
 enum punctual_order
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -1385,8 +1430,8 @@ typedef struct punctual_remaining {
    */
   struct punctual_quantiles work;
   /**
-   * Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the costs
-   * of the workspace.
+   * Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the
+   * costs of the workspace.
    */
   struct punctual_quantiles time;
   /**
@@ -1396,9 +1441,9 @@ typedef struct punctual_remaining {
 } punctual_remaining;
 
 /**
- * A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`,
- * one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of
- * it must be what it was.
+ * A question: two trees, a pose, and what can be chosen. Plain data, made by
+ * `punctual_query_new`, one for each pose; it borrows the trees. To resume a query or to ask
+ * for its certificate, all of it must be what it was.
  */
 typedef struct punctual_query {
   /**
@@ -1426,14 +1471,14 @@ typedef struct punctual_query {
    */
   uint32_t order;
   /**
-   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it
-   * is full.
+   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX:
+   * when it is full.
    */
   size_t pair_limit;
   /**
    * The share of poses with an intersection among those that are asked about, 0 to 1, which
-   * shifts the probability of `punctual_query_estimate`; by default that of the poses for which
-   * the model was fitted.
+   * shifts the probability of `punctual_query_estimate`; by default that of the poses for
+   * which the model was fitted.
    */
   double prior;
 } punctual_query;
@@ -1455,8 +1500,8 @@ typedef struct punctual_prediction {
    */
   struct punctual_quantiles work;
   /**
-   * Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those
-   * of the machine of the authors.
+   * Time in nanoseconds: of an estimate by the costs of its workspace, before a query by
+   * those of the machine of the authors.
    */
   struct punctual_quantiles time;
 } punctual_prediction;
@@ -1474,7 +1519,8 @@ typedef struct punctual_estimate {
    */
   struct punctual_prediction remaining;
   /**
-   * Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
+   * Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be
+   * apart.
    */
   double probability;
   /**
@@ -1505,7 +1551,8 @@ typedef struct punctual_outcome {
    */
   struct punctual_triangle_pair witness;
   /**
-   * Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
+   * Intersecting pairs found, resumed calls and drained pairs included; at most 1 for
+   * MODE_ANY.
    */
   uint64_t found;
   /**
@@ -1516,12 +1563,12 @@ typedef struct punctual_outcome {
 
 /**
  * The question where a surface intersects itself. Plain data, made by
- * `punctual_self_query_new`; it borrows the tree. To resume a query or to ask for its certificate,
- * all of it must be what it was.
+ * `punctual_self_query_new`; it borrows the tree. To resume a query or to ask for its
+ * certificate, all of it must be what it was.
  *
- * Triangles without a common corner count if they share a point; with one, if they share another
- * point; with a common edge, if they are coplanar and on the same side of it. Corners are common if
- * their positions are equal. A triangle that is there twice counts.
+ * Triangles without a common corner count if they share a point; with one, if they share
+ * another point; with a common edge, if they are coplanar and on the same side of it. Corners
+ * are common if their positions are equal. A triangle that is there twice counts.
  */
 typedef struct punctual_self_query {
   /**
@@ -1537,8 +1584,8 @@ typedef struct punctual_self_query {
    */
   const struct punctual_tree *tree;
   /**
-   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it
-   * is full.
+   * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX:
+   * when it is full.
    */
   size_t pair_limit;
 } punctual_self_query;
@@ -1749,8 +1796,8 @@ enum punctual_closer
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
   /**
-   * Not known: the budget ended first, it was not asked, or the distance is the limit up to the
-   * rounding of numbers as large as the meshes.
+   * Not known: the budget ended first, it was not asked, or the distance is the limit up to
+   * the rounding of numbers as large as the meshes.
    */
   PUNCTUAL_CLOSER_UNDECIDED = 0,
   /**
@@ -1772,8 +1819,9 @@ typedef uint32_t punctual_closer;
 
 /**
  * The question how far apart two surfaces are: 0 if they meet. Plain data, made by
- * `punctual_distance_query_new`, one for each pose; it borrows the trees. To resume a query or to
- * ask for its certificate, all of it must be what it was. Lengths are in the unit of the meshes.
+ * `punctual_distance_query_new`, one for each pose; it borrows the trees. To resume a query or
+ * to ask for its certificate, all of it must be what it was. Lengths are in the unit of the
+ * meshes.
  */
 typedef struct punctual_distance_query {
   /**
@@ -1781,8 +1829,8 @@ typedef struct punctual_distance_query {
    */
   uint32_t size;
   /**
-   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it
-   * is open then whether the surfaces meet: 0 (the default) or not 0.
+   * Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even
+   * if it is open then whether the surfaces meet: 0 (the default) or not 0.
    */
   uint32_t leave_contact_open;
   /**
@@ -1798,15 +1846,16 @@ typedef struct punctual_distance_query {
    */
   struct punctual_pose b_in_a;
   /**
-   * Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1
-   * by default, as any negative number: a millionth of half the longest extent of the larger
-   * mesh, roughly. Whether the surfaces meet is decided with any tolerance, unless
-   * `leave_contact_open`.
+   * Done as soon as `high - low` is no more than this length; 0: as close as double can
+   * tell. -1 by default, as any negative number: a millionth of half the longest extent of
+   * the larger mesh, roughly. Whether the surfaces meet is decided with any tolerance,
+   * unless `leave_contact_open`.
    */
   double absolute_tolerance;
   /**
-   * Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative
-   * `absolute_tolerance` that is 1e-5 for meshes that are more than 64 times their size apart.
+   * Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a
+   * negative `absolute_tolerance` that is 1e-5 for meshes that are more than 64 times their
+   * size apart.
    */
   double relative_tolerance;
   /**
@@ -1815,15 +1864,16 @@ typedef struct punctual_distance_query {
    */
   double margins[2];
   /**
-   * Ask only whether the surfaces are no farther apart than this length: done as soon as that is
-   * known, in a fraction of the time. Infinity by default: the distance itself is asked for.
+   * Ask only whether the surfaces are no farther apart than this length: done as soon as
+   * that is known, in a fraction of the time. Infinity by default: the distance itself is
+   * asked for.
    */
   double closer_than;
 } punctual_distance_query;
 
 /**
- * The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length
- * unit of the meshes.
+ * The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the
+ * length unit of the meshes.
  */
 typedef struct punctual_distance {
   /**
@@ -1856,9 +1906,9 @@ typedef struct punctual_distance {
    */
   struct punctual_triangle_pair nearest;
   /**
-   * Their closest points, A's first, both in A's frame; moved towards each other by the margins.
-   * If the triangles meet, both are one point, whatever the margins: the middle of the segment
-   * in which the triangles do.
+   * Their closest points, A's first, both in A's frame; moved towards each other by the
+   * margins. If the triangles meet, both are one point, whatever the margins: the middle of
+   * the segment in which the triangles do.
    */
   struct punctual_point points[2];
   /**
@@ -1868,8 +1918,8 @@ typedef struct punctual_distance {
 } punctual_distance;
 
 /**
- * What can be said of a stopped distance query. Not proven: only the bounds and the certificate
- * are.
+ * What can be said of a stopped distance query. Not proven: only the bounds and the
+ * certificate are.
  */
 typedef struct punctual_distance_estimate {
   /**
@@ -2008,9 +2058,9 @@ punctual_status punctual_distance_query_estimate(const struct punctual_distance_
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * The question where two surfaces meet or come within a margin of each other. Plain data, made by
- * `punctual_contact_query_new`, one for each pose; it borrows the trees. To resume a query or to
- * ask for its certificate, all of it must be what it was.
+ * The question where two surfaces meet or come within a margin of each other. Plain data, made
+ * by `punctual_contact_query_new`, one for each pose; it borrows the trees. To resume a query
+ * or to ask for its certificate, all of it must be what it was.
  */
 typedef struct punctual_contact_query {
   /**
@@ -2030,13 +2080,13 @@ typedef struct punctual_contact_query {
    */
   struct punctual_pose b_in_a;
   /**
-   * Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default
-   * when it is full.
+   * Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by
+   * default when it is full.
    */
   size_t contact_limit;
   /**
-   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they
-   * meet. With infinity all pairs are.
+   * Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default:
+   * they meet. With infinity all pairs are.
    */
   double margin;
 } punctual_contact_query;
@@ -2051,8 +2101,8 @@ typedef struct punctual_contacts {
    */
   uint32_t size;
   /**
-   * Proven: every contact that was not found is at least this far apart. Infinite if the query
-   * is finished: none is missing.
+   * Proven: every contact that was not found is at least this far apart. Infinite if the
+   * query is finished: none is missing.
    */
   double low;
   /**
@@ -2070,8 +2120,8 @@ typedef struct punctual_contacts {
 } punctual_contacts;
 
 /**
- * The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame: which
- * way the surfaces face.
+ * The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame:
+ * which way the surfaces face.
  */
 typedef struct punctual_face_normals {
   /**
@@ -2085,8 +2135,8 @@ typedef struct punctual_face_normals {
 } punctual_face_normals;
 
 /**
- * A triangle of A and one of B that meet or are close to one another. All of it is in A's frame,
- * in the unit of the meshes.
+ * A triangle of A and one of B that meet or are close to one another. All of it is in A's
+ * frame, in the unit of the meshes.
  */
 typedef struct punctual_contact {
   /**
@@ -2099,9 +2149,9 @@ typedef struct punctual_contact {
    */
   struct punctual_point points[2];
   /**
-   * Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it is
-   * the direction of least distance; of triangles that meet, that of the unit normal of B's
-   * triangle less that of A's, both by the right-hand rule.
+   * Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it
+   * is the direction of least distance; of triangles that meet, that of the unit normal of
+   * B's triangle less that of A's, both by the right-hand rule.
    */
   struct punctual_point normal;
   /**
@@ -2119,9 +2169,9 @@ typedef struct punctual_contact {
 } punctual_contact;
 
 /**
- * The question for the contact manifolds of two solids: triangles are counterclockwise seen from
- * outside. Plain data, made by `punctual_manifold_query_init`, one for each pose; it borrows the
- * trees. To resume a query, all of it must be what it was.
+ * The question for the contact manifolds of two solids: triangles are counterclockwise seen
+ * from outside. Plain data, made by `punctual_manifold_query_init`, one for each pose; it
+ * borrows the trees. To resume a query, all of it must be what it was.
  */
 typedef struct punctual_manifold_query {
   /**
@@ -2161,8 +2211,8 @@ typedef struct punctual_manifolds {
    */
   bool meets;
   /**
-   * Proven: every contact that is missing is at least this far apart; 0 while overlaps may be
-   * missing. Infinite if the query is finished.
+   * Proven: every contact that is missing is at least this far apart; 0 while overlaps may
+   * be missing. Infinite if the query is finished.
    */
   double low;
   /**
@@ -2196,7 +2246,8 @@ typedef struct punctual_manifold_point {
    */
   struct punctual_point points[2];
   /**
-   * Unit vector from B to A; zeros in an overlap without a normal, as of a pin through a plate.
+   * Unit vector from B to A; zeros in an overlap without a normal, as of a pin through a
+   * plate.
    */
   struct punctual_point normal;
   /**
@@ -2220,6 +2271,64 @@ typedef struct punctual_manifold_point {
    */
   struct punctual_point centroid;
 } punctual_manifold_point;
+
+/**
+ * The question which points of a cloud are no farther from a surface than a distance, each
+ * once. Plain data, made by `punctual_near_points_query_new`, one for each pose; it borrows
+ * the trees. To resume a query or to ask for its certificate, all of it must be what it was.
+ *
+ * A solid is its surface: a point deep inside is not near it. The radii of both trees add to
+ * the distance. Of points that double cannot tell from points within, some are found, too.
+ */
+typedef struct punctual_near_points_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * The cloud, as made by `punctual_tree_from_points_f32` or the like.
+   */
+  const struct punctual_tree *a;
+  /**
+   * The surface: of a mesh, a shape or another cloud.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * The distance, in the length unit of the meshes; 0 by default, infinity for all points.
+   */
+  double distance;
+  /**
+   * Stop with PAIRS_FULL when this many points are in the workspace; by default SIZE_MAX:
+   * when it is full.
+   */
+  size_t point_limit;
+} punctual_near_points_query;
+
+/**
+ * The answer. The points stay in the workspace: `punctual_workspace_near_points`.
+ */
+typedef struct punctual_near_points {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Points found, resumed calls and drained points included.
+   */
+  uint64_t found;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_near_points;
 
 /**
  * What `punctual_contact_query_new` calls: writes as many bytes as the caller's struct has.
@@ -2424,15 +2533,127 @@ punctual_status punctual_workspace_manifold_points(const struct punctual_workspa
                                                    size_t capacity,
                                                    size_t *count);
 
+/**
+ * What `punctual_near_points_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_near_points_query_init(struct punctual_near_points_query *query,
+                                     size_t size,
+                                     const struct punctual_tree *a,
+                                     const struct punctual_tree *b,
+                                     struct punctual_pose b_in_a);
+
+/**
+ * The question which points of the cloud `a` are on the surface of `b`, or within a distance
+ * that is set after. Checked when it is run.
+ */
+PUNCTUAL_INLINE punctual_near_points_query punctual_near_points_query_new(const struct punctual_tree *a,
+                                                                          const struct punctual_tree *b,
+                                                                          struct punctual_pose b_in_a) {
+  punctual_near_points_query query;
+  punctual_near_points_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
+
+/**
+ * Finds the points within a budget. The first query in a workspace makes room for 4,096
+ * points, unless `punctual_workspace_reserve_near_points` has made some, and for marks of
+ * the cloud, 5 bytes for eight points; nothing else allocates. It does not lock or panic.
+ *
+ * Under a time budget it returns at most one poll interval of work late.
+ * `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the
+ * workspace is unchanged then.
+ */
+punctual_status punctual_near_points_query_run(const struct punctual_near_points_query *query,
+                                               struct punctual_workspace *workspace,
+                                               struct punctual_budget budget,
+                                               const struct punctual_clock *clock,
+                                               struct punctual_near_points *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget.
+ * After PAIRS_FULL drain the points or make room first. However it is cut into pieces by
+ * work budgets, the points at the end are those of one uninterrupted run.
+ *
+ * Fails as a run, and with NOT_RESUMABLE if the last run in this workspace was not of
+ * this very query or is complete.
+ */
+punctual_status punctual_near_points_query_resume(const struct punctual_near_points_query *query,
+                                                  struct punctual_workspace *workspace,
+                                                  struct punctual_budget budget,
+                                                  const struct punctual_clock *clock,
+                                                  struct punctual_near_points *outcome);
+
+/**
+ * What the last run of this query in the workspace has still to do. docs/c.md states
+ * the cost. Allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
+ */
+punctual_status punctual_near_points_query_remaining(const struct punctual_near_points_query *query,
+                                                     const struct punctual_workspace *workspace,
+                                                     struct punctual_remaining *remaining);
+
+/**
+ * Where the last run of this query in the workspace may have missed points.
+ * Takes time linear in the open pairs; allocates nothing.
+ *
+ * Fails with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query.
+ */
+punctual_status punctual_near_points_query_certificate(const struct punctual_near_points_query *query,
+                                                       const struct punctual_workspace *workspace,
+                                                       struct punctual_certificate *certificate);
+
+/**
+ * Boxes in A's frame, at most one for each open pair.
+ * The middle between a missed point and the surface is in one of them.
+ * As many as `capacity` allows are written to `boxes`, and how many there are to
+ * `count`.
+ *
+ * Fails as the function for the certificate.
+ */
+punctual_status punctual_near_points_query_open_boxes(const struct punctual_near_points_query *query,
+                                                      const struct punctual_workspace *workspace,
+                                                      struct punctual_aabb *boxes,
+                                                      size_t capacity,
+                                                      size_t *count);
+
+/**
+ * Forgets the points, so that a query that stopped with PAIRS_FULL can be resumed. Copy them
+ * first.
+ */
+punctual_status punctual_workspace_drain_near_points(struct punctual_workspace *workspace);
+
+/**
+ * Makes room for at least so many points, 4 bytes each.
+ *
+ * Fails with OUT_OF_MEMORY if there is not that much.
+ */
+punctual_status punctual_workspace_reserve_near_points(struct punctual_workspace *workspace, size_t points);
+
+/**
+ * The points that the last query found, if it was for points near a surface, without those
+ * drained: by their index in the input of the cloud, in order of discovery.
+ * As many as `capacity` allows are written to `points`,
+ * and how many there are to `count`.
+ */
+punctual_status punctual_workspace_near_points(const struct punctual_workspace *workspace,
+                                               uint32_t *points,
+                                               size_t capacity,
+                                               size_t *count);
+
 /* --------------------------------------------------------------------------------------------------------------------
  * 12. Motion: until when are they free?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about
- * an axis that moves along. At time `t` a point that `start` brings to `x` is at `p + t velocity +
- * R(t turn) (x - p)`, where `p` is a point of the axis at time 0. It is checked wherever it is
- * used.
+ * A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn
+ * about an axis that moves along. At time `t` a point that `start` brings to `x` is at `p + t
+ * velocity + R(t turn) (x - p)`, where `p` is a point of the axis at time 0. It is checked
+ * wherever it is used.
  */
 typedef struct punctual_motion {
   /**
@@ -2448,16 +2669,16 @@ typedef struct punctual_motion {
    */
   struct punctual_point turn;
   /**
-   * From a point of the axis to the origin of the body at time 0; zeros: the axis goes through
-   * it.
+   * From a point of the axis to the origin of the body at time 0; zeros: the axis goes
+   * through it.
    */
   struct punctual_point arm;
 } punctual_motion;
 
 /**
  * The question until when a motion is free, and when the surfaces meet. Plain data, made by
- * `punctual_motion_query_new`, one for each motion; it borrows the trees. To resume a query all of
- * it must be what it was. Lengths are in the unit of the meshes, times from 0 to 1.
+ * `punctual_motion_query_new`, one for each motion; it borrows the trees. To resume a query
+ * all of it must be what it was. Lengths are in the unit of the meshes, times from 0 to 1.
  */
 typedef struct punctual_motion_query {
   /**
@@ -2485,9 +2706,9 @@ typedef struct punctual_motion_query {
    */
   struct punctual_motion of_a;
   /**
-   * Done when nothing moves farther than this, seen from A, between the two times; 0: as close
-   * as double can tell. -1 by default, as any negative number: a millionth of the longest extent
-   * of the smaller mesh, roughly.
+   * Done when nothing moves farther than this, seen from A, between the two times; 0: as
+   * close as double can tell. -1 by default, as any negative number: a millionth of the
+   * longest extent of the smaller mesh, roughly.
    */
   double tolerance;
   /**
@@ -2509,8 +2730,8 @@ typedef struct punctual_passage {
    */
   uint32_t size;
   /**
-   * Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its
-   * end.
+   * Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to
+   * its end.
    */
   double free_until;
   /**
@@ -2703,9 +2924,9 @@ typedef uint32_t punctual_deeper;
 typedef struct punctual_penetration_workspace punctual_penetration_workspace;
 
 /**
- * The question how far B has to be moved, at least, until the bodies are apart. Plain data, made
- * by `punctual_penetration_query_new`, one for each pose; it borrows the trees. To resume a query,
- * all of it must be what it was.
+ * The question how far B has to be moved, at least, until the bodies are apart. Plain data,
+ * made by `punctual_penetration_query_new`, one for each pose; it borrows the trees. To resume
+ * a query, all of it must be what it was.
  */
 typedef struct punctual_penetration_query {
   /**
@@ -2713,13 +2934,14 @@ typedef struct punctual_penetration_query {
    */
   uint32_t size;
   /**
-   * Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a
-   * body inside of the other penetrates it. 0 by default.
+   * Whether closed components of trees that were built as solids are solids: 0 or not 0.
+   * Then a body inside of the other penetrates it. 0 by default.
    */
   uint16_t solid;
   /**
-   * Whether only a short push is looked for, so that low stays 0: 0 or not 0. The query is then
-   * finished when it has tried 32 directions all around and turned the best one. 0 by default.
+   * Whether only a short push is looked for, so that low stays 0: 0 or not 0. The query is
+   * then finished when it has tried 32 directions all around and turned the best one. 0 by
+   * default.
    */
   uint16_t push_only;
   /**
@@ -2735,26 +2957,26 @@ typedef struct punctual_penetration_query {
    */
   struct punctual_pose b_in_a;
   /**
-   * Finished as soon as high <= (1 + this) low; 0.001 by default. Negative values and NaN count
-   * as 0.
+   * Finished as soon as high <= (1 + this) low; 0.001 by default. Negative values and NaN
+   * count as 0.
    */
   double relative_tolerance;
   /**
-   * Finished as soon as high <= low + this, too; 0 by default. Negative values and NaN count as
-   * 0.
+   * Finished as soon as high <= low + this, too; 0 by default. Negative values and NaN count
+   * as 0.
    */
   double absolute_tolerance;
   /**
-   * Finished as soon as it is known whether the bodies penetrate each other deeper than this,
-   * whatever the tolerances; infinite by default, which asks nothing. Negative values and NaN
-   * count as 0.
+   * Finished as soon as it is known whether the bodies penetrate each other deeper than
+   * this, whatever the tolerances; infinite by default, which asks nothing. Negative values
+   * and NaN count as 0.
    */
   double deeper_than;
 } punctual_penetration_query;
 
 /**
- * The answer: low <= depth <= high, both proven, also where a budget ended the query. Lengths are
- * in the unit of the meshes.
+ * The answer: low <= depth <= high, both proven, also where a budget ended the query. Lengths
+ * are in the unit of the meshes.
  */
 typedef struct punctual_penetration {
   /**
@@ -2762,8 +2984,8 @@ typedef struct punctual_penetration {
    */
   uint32_t size;
   /**
-   * Whether a push is known; if not, the bodies are apart, or the budget ended before one was
-   * found, and the direction is zeros.
+   * Whether a push is known; if not, the bodies are apart, or the budget ended before one
+   * was found, and the direction is zeros.
    */
   bool has_push;
   /**
@@ -2779,8 +3001,8 @@ typedef struct punctual_penetration {
    */
   double high;
   /**
-   * The pose after the push, at which they are apart: proven. The pose of the query if no push
-   * is known.
+   * The pose after the push, at which they are apart: proven. The pose of the query if no
+   * push is known.
    */
   struct punctual_pose b_in_a;
   /**
@@ -2803,14 +3025,14 @@ typedef struct punctual_penetration {
 } punctual_penetration;
 
 /**
- * Makes a workspace.
- */
-punctual_status punctual_penetration_workspace_new(struct punctual_penetration_workspace **workspace);
-
-/**
  * Frees a workspace; null is fine.
  */
 void punctual_penetration_workspace_free(struct punctual_penetration_workspace *workspace);
+
+/**
+ * Makes a workspace.
+ */
+punctual_status punctual_penetration_workspace_new(struct punctual_penetration_workspace **workspace);
 
 /**
  * What `punctual_penetration_query_new` calls: writes as many bytes as the caller's struct has.
@@ -2926,9 +3148,9 @@ typedef uint32_t punctual_ray_mode;
 #endif // __cplusplus
 
 /**
- * A half-line from an origin in a direction of any length, or a segment between two points, in the
- * frame of the mesh. Plain data, made by `punctual_ray_new` or `punctual_ray_segment`; checked
- * wherever it is used, and then used as it is.
+ * A half-line from an origin in a direction of any length, or a segment between two points, in
+ * the frame of the mesh. Plain data, made by `punctual_ray_new` or `punctual_ray_segment`;
+ * checked wherever it is used, and then used as it is.
  */
 typedef struct punctual_ray {
   /**
@@ -2944,8 +3166,8 @@ typedef struct punctual_ray {
    */
   double t_min;
   /**
-   * Hits after this parameter are left out. Infinity by default. To end exactly at a point, take
-   * a segment.
+   * Hits after this parameter are left out. Infinity by default. To end exactly at a point,
+   * take a segment.
    */
   double t_max;
   /**
@@ -2955,8 +3177,8 @@ typedef struct punctual_ray {
 } punctual_ray;
 
 /**
- * The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it
- * borrows the tree. To resume a query all of it must be what it was.
+ * The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each
+ * ray; it borrows the tree. To resume a query all of it must be what it was.
  *
  * A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are
  * given: closed triangles, edges and corners included.
@@ -2998,8 +3220,9 @@ typedef struct punctual_ray_hit {
   punctual_side side;
   /**
    * The least parameter of a common point, which is `origin + t direction`, of a segment
-   * `origin + t (end - origin)`. Off by at most 1e-11 of the largest coordinate of the triangle
-   * seen from the origin, over the largest component of the direction. Infinite without a hit.
+   * `origin + t (end - origin)`. Off by at most 1e-11 of the largest coordinate of the
+   * triangle seen from the origin, over the largest component of the direction. Infinite
+   * without a hit.
    */
   double t;
 } punctual_ray_hit;
@@ -3018,13 +3241,13 @@ typedef struct punctual_ray_cast {
    */
   struct punctual_ray_hit hit;
   /**
-   * Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were
-   * compared.
+   * Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that
+   * were compared.
    */
   uint64_t found;
   /**
-   * Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST
-   * never after the hit that was found. Infinite if there is none.
+   * Proven: every hit that was not found is at this parameter or after it. For
+   * RAY_MODE_NEAREST never after the hit that was found. Infinite if there is none.
    */
   double free_until;
   /**
@@ -3045,8 +3268,8 @@ typedef struct punctual_ray_cast {
 
 /**
  * The question what each of many rays hits, answered one after the other within one budget, in
- * less time than a query for each. Plain data, made by `punctual_ray_batch_new`; it borrows the
- * tree and the rays. To resume it all of it, and the rays, must be what they were.
+ * less time than a query for each. Plain data, made by `punctual_ray_batch_new`; it borrows
+ * the tree and the rays. To resume it all of it, and the rays, must be what they were.
  */
 typedef struct punctual_ray_batch {
   /**
@@ -3296,8 +3519,8 @@ typedef struct punctual_point_bounds {
    */
   double error;
   /**
-   * The signed distance, negative inside, is within `low` and `high`, if it was asked for; else
-   * both are 0, and they are infinite for an empty mesh.
+   * The signed distance, negative inside, is within `low` and `high`, if it was asked for;
+   * else both are 0, and they are infinite for an empty mesh.
    */
   double low;
   /**
@@ -3313,8 +3536,8 @@ typedef struct punctual_point_bounds {
    */
   uint32_t triangle;
   /**
-   * Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on the
-   * surface.
+   * Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on
+   * the surface.
    */
   punctual_inside inside;
   /**
@@ -3431,8 +3654,8 @@ enum punctual_contact_phase
    */
   PUNCTUAL_CONTACT_PHASE_PERSISTS = 2,
   /**
-   * They are proven to be apart, or one was removed, or they may not meet any more, or both are
-   * fixed and their distance is asked for no more.
+   * They are proven to be apart, or one was removed, or they may not meet any more, or both
+   * are fixed and their distance is asked for no more.
    */
   PUNCTUAL_CONTACT_PHASE_ENDED = 3,
 };
@@ -3490,10 +3713,10 @@ enum punctual_body_kind
    */
   PUNCTUAL_BODY_KIND_MOVING = 0,
   /**
-   * Part of the surroundings: two fixed bodies are not compared, unless their distance is asked
-   * for. It may be given new poses all the same: a kinematic body, which moves as the program
-   * says and which nothing pushes, is a fixed one with a new pose in each frame, or a motion
-   * (`punctual_scene_set_motion`) so that nothing slips through it.
+   * Part of the surroundings: two fixed bodies are not compared, unless their distance is
+   * asked for. It may be given new poses all the same: a kinematic body, which moves as the
+   * program says and which nothing pushes, is a fixed one with a new pose in each frame, or
+   * a motion (`punctual_scene_set_motion`) so that nothing slips through it.
    */
   PUNCTUAL_BODY_KIND_FIXED = 1,
 };
@@ -3518,9 +3741,9 @@ enum punctual_reach
    */
   PUNCTUAL_REACH_HERE = 0,
   /**
-   * Swept boxes: each covers a body's motion since the previous frame, at a constant velocity
-   * and turn between its two poses. Pairs that may have met in between are reported as well,
-   * with what is true of them here.
+   * Swept boxes: each covers a body's motion since the previous frame, at a constant
+   * velocity and turn between its two poses. Pairs that may have met in between are reported
+   * as well, with what is true of them here.
    */
   PUNCTUAL_REACH_SWEPT = 1,
 };
@@ -3533,8 +3756,8 @@ typedef uint32_t punctual_reach;
 #endif // __cplusplus
 
 /**
- * Bodies that move, and the question which of them meet. One thread at a time may use it; it may
- * start threads of its own.
+ * Bodies that move, and the question which of them meet. One thread at a time may use it; it
+ * may start threads of its own.
  */
 typedef struct punctual_scene punctual_scene;
 
@@ -3568,13 +3791,14 @@ typedef struct punctual_body {
    */
   uint32_t mask;
   /**
-   * How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as
-   * the more important of its two bodies, and goes before all that are less important.
+   * How much its pairs matter when the budget does not reach all; 0 by default. A pair
+   * counts as the more important of its two bodies, and goes before all that are less
+   * important.
    */
   float importance;
   /**
-   * By how much its surface is thickened, 0 by default: pairs meet when they come within the sum
-   * of their margins.
+   * By how much its surface is thickened, 0 by default: pairs meet when they come within the
+   * sum of their margins.
    */
   double margin;
   /**
@@ -3613,8 +3837,8 @@ typedef struct punctual_body_id {
 
 /**
  * What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in
- * `pairs` together, and may meet, do not: their boxes are apart. Otherwise the budget ended in the
- * broad phase, which goes on in the next frame.
+ * `pairs` together, and may meet, do not: their boxes are apart. Otherwise the budget ended in
+ * the broad phase, which goes on in the next frame.
  */
 typedef struct punctual_report {
   /**
@@ -3638,7 +3862,8 @@ typedef struct punctual_report {
    */
   size_t intersecting;
   /**
-   * How many of them are proven to come within their margins; not among the intersecting ones.
+   * How many of them are proven to come within their margins; not among the intersecting
+   * ones.
    */
   size_t within;
   /**
@@ -3655,8 +3880,8 @@ typedef struct punctual_report {
    */
   size_t unplaced;
   /**
-   * Bodies that not all partners are known of: they moved on or were removed, and the search for
-   * pairs is not at its end.
+   * Bodies that not all partners are known of: they moved on or were removed, and the search
+   * for pairs is not at its end.
    */
   size_t unpaired;
   /**
@@ -3680,8 +3905,8 @@ typedef struct punctual_report {
    */
   uint64_t bv_tests;
   /**
-   * Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time
-   * budget.
+   * Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a
+   * time budget.
    */
   int64_t elapsed;
 } punctual_report;
@@ -3709,29 +3934,29 @@ typedef struct punctual_pair_report {
    */
   bool complete;
   /**
-   * If they meet, two triangles that do; if they come within their margins, two that do; else
-   * zeros.
+   * If they meet, two triangles that do; if they come within their margins, two that do;
+   * else zeros.
    */
   struct punctual_triangle_pair witness;
   /**
    * How far apart the witness is at most, in the length unit of the scene, margins not
-   * subtracted: 0 if they intersect, above 0 and no more than the margins if they come within
-   * them, and infinite without a witness.
+   * subtracted: 0 if they intersect, above 0 and no more than the margins if they come
+   * within them, and infinite without a witness.
    */
   double witness_distance;
   /**
-   * Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins,
-   * whose witness counts.
+   * Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with
+   * margins, whose witness counts.
    */
   uint64_t found;
   /**
-   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is
-   * complete all the same.
+   * Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair
+   * is complete all the same.
    */
   double probability;
   /**
-   * Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if
-   * nothing was found, and between them otherwise.
+   * Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0
+   * if nothing was found, and between them otherwise.
    */
   double recall;
   /**
@@ -3753,8 +3978,8 @@ typedef struct punctual_pair_certificate {
    */
   uint64_t upper_bound;
   /**
-   * Each intersection that was not found lies in a box no longer than this, in the length unit
-   * of the scene.
+   * Each intersection that was not found lies in a box no longer than this, in the length
+   * unit of the scene.
    */
   double largest_extent;
 } punctual_pair_certificate;
@@ -3776,7 +4001,8 @@ typedef struct punctual_scene_ray {
    */
   struct punctual_ray ray;
   /**
-   * Only bodies that a body of these groups and this mask may meet are asked; all by default.
+   * Only bodies that a body of these groups and this mask may meet are asked; all by
+   * default.
    */
   uint32_t groups;
   /**
@@ -3802,8 +4028,8 @@ typedef struct punctual_body_hit {
    */
   struct punctual_body_id body;
   /**
-   * The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in
-   * the scene.
+   * The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same
+   * in the scene.
    */
   struct punctual_ray_hit on_body;
 } punctual_body_hit;
@@ -3839,15 +4065,15 @@ typedef struct punctual_scene_ray_cast {
    */
   uint64_t work;
   /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
-   * budget.
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a
+   * time budget.
    */
   int64_t elapsed;
 } punctual_scene_ray_cast;
 
 /**
- * A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies
- * may have parted and met again unseen.
+ * A contact of two bodies. It begins and ends in frames that prove it; between two of them
+ * bodies may have parted and met again unseen.
  */
 typedef struct punctual_body_contact {
   /**
@@ -3885,8 +4111,8 @@ typedef struct punctual_pair_distance {
    */
   double low;
   /**
-   * Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is
-   * known.
+   * Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing
+   * is known.
    */
   double high;
   /**
@@ -3898,15 +4124,15 @@ typedef struct punctual_pair_distance {
    */
   struct punctual_triangle_pair triangles;
   /**
-   * Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As
-   * many as there were if nothing is known.
+   * Frames since this was proven: 0 if it holds for the bodies where they are in this frame.
+   * As many as there were if nothing is known.
    */
   uint64_t age;
 } punctual_pair_distance;
 
 /**
- * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the
- * end of their motions. If their distance is asked for too, that is the one at time 0.
+ * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1,
+ * the end of their motions. If their distance is asked for too, that is the one at time 0.
  */
 typedef struct punctual_pair_passage {
   /**
@@ -3918,8 +4144,8 @@ typedef struct punctual_pair_passage {
    */
   struct punctual_body_id b;
   /**
-   * Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the
-   * budget did not reach the pair.
+   * Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if
+   * the budget did not reach the pair.
    */
   double free_until;
   /**
@@ -3950,8 +4176,8 @@ typedef struct punctual_contact_point {
    */
   uint64_t id;
   /**
-   * The point on the body of the lower index, in the coordinates of its mesh, and on the other
-   * one, in those of its own.
+   * The point on the body of the lower index, in the coordinates of its mesh, and on the
+   * other one, in those of its own.
    */
   struct punctual_point points[2];
   /**
@@ -3979,8 +4205,8 @@ typedef struct punctual_contact_points {
   size_t count;
   /**
    * The surfaces were at least so far apart wherever no point stands for a contact when the
-   * points were found, margins not subtracted; 0 if one body is within the other, or nothing is
-   * known.
+   * points were found, margins not subtracted; 0 if one body is within the other, or nothing
+   * is known.
    */
   double low;
   /**
@@ -3993,8 +4219,8 @@ typedef struct punctual_contact_points {
    */
   uint64_t age;
   /**
-   * 1 if the body of the lower index was inside the other, 2 if the other was inside it, or had
-   * a vertex in it, while their surfaces did not meet; else 0. No point stands for that.
+   * 1 if the body of the lower index was inside the other, 2 if the other was inside it, or
+   * had a vertex in it, while their surfaces did not meet; else 0. No point stands for that.
    */
   uint64_t within;
 } punctual_contact_points;
@@ -4009,8 +4235,8 @@ typedef struct punctual_group_distance {
    */
   uint64_t id;
   /**
-   * Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if
-   * no two of their bodies may meet.
+   * Proven: no point of one group is closer to the other; 0 if nothing is known, and
+   * infinite if no two of their bodies may meet.
    */
   double low;
   /**
@@ -4019,8 +4245,8 @@ typedef struct punctual_group_distance {
    */
   double high;
   /**
-   * Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles are
-   * zeros.
+   * Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles
+   * are zeros.
    */
   bool has_bodies;
   /**
@@ -4056,8 +4282,8 @@ typedef struct punctual_scene_shape {
    */
   const struct punctual_tree *tree;
   /**
-   * Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a cast
-   * are about its start.
+   * Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a
+   * cast are about its start.
    */
   struct punctual_motion motion;
   /**
@@ -4065,7 +4291,8 @@ typedef struct punctual_scene_shape {
    */
   double margin;
   /**
-   * Only bodies that a body of these groups and this mask may meet are asked; all by default.
+   * Only bodies that a body of these groups and this mask may meet are asked; all by
+   * default.
    */
   uint32_t groups;
   /**
@@ -4095,8 +4322,8 @@ typedef struct punctual_shape_hit {
    */
   bool is_there;
   /**
-   * Whether triangles and points were found; not if one is inside the other. If not, they are
-   * zeros.
+   * Whether triangles and points were found; not if one is inside the other. If not, they
+   * are zeros.
    */
   bool has_points;
   /**
@@ -4147,8 +4374,8 @@ typedef struct punctual_shape_cast {
    */
   uint64_t work;
   /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
-   * budget.
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a
+   * time budget.
    */
   int64_t elapsed;
 } punctual_shape_cast;
@@ -4182,8 +4409,8 @@ typedef struct punctual_closest_body {
    */
   uint64_t work;
   /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
-   * budget.
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a
+   * time budget.
    */
   int64_t elapsed;
 } punctual_closest_body;
@@ -4227,8 +4454,8 @@ typedef struct punctual_overlap {
    */
   uint64_t undecided;
   /**
-   * 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes were
-   * compared, or of MODE_ANY, if a first body was enough.
+   * 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes
+   * were compared, or of MODE_ANY, if a first body was enough.
    */
   uint64_t is_whole;
   /**
@@ -4236,8 +4463,8 @@ typedef struct punctual_overlap {
    */
   uint64_t work;
   /**
-   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
-   * budget.
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a
+   * time budget.
    */
   int64_t elapsed;
 } punctual_overlap;
@@ -4258,6 +4485,11 @@ PUNCTUAL_INLINE punctual_body punctual_body_new(const struct punctual_tree *tree
   punctual_body_init(&body, sizeof body, tree, pose);
   return body;
 }
+
+/**
+ * Frees a scene and ends its threads; null is fine.
+ */
+void punctual_scene_free(struct punctual_scene *scene);
 
 /**
  * Makes a scene without bodies. `mode` is a `punctual_mode` (any intersection of each pair, or
@@ -4289,11 +4521,6 @@ punctual_status punctual_scene_set_reach(struct punctual_scene *scene, uint32_t 
  * are kept already stay.
  */
 punctual_status punctual_scene_set_max_pairs(struct punctual_scene *scene, size_t pairs);
-
-/**
- * Frees a scene and ends its threads; null is fine.
- */
-void punctual_scene_free(struct punctual_scene *scene);
 
 /**
  * Shares the work of `punctual_scene_detect` among `threads` threads, the caller's included.
@@ -4919,11 +5146,27 @@ typedef uint32_t punctual_robot_verdict;
 #endif // __cplusplus
 
 /**
- * A robot among obstacles, with all that one thread needs to ask about it. Lengths are in metres,
- * angles in radians. A configuration has a number for each joint that moves and follows no other,
- * in the order of the URDF file.
+ * A controller that follows a plan no faster than is proven, from cycle to cycle. What was
+ * proven of the plan stays proven: each cycle goes on from there. The speed of a cycle is the
+ * largest from which the robot can still stop within the part of the plan that is proven; if
+ * nothing can be proven, it brakes along the plan, where it was proven free before. Obstacles
+ * that move by themselves are checked anew in each cycle: tell where they are before
+ * `punctual_horizon_step`.
+ */
+typedef struct punctual_horizon punctual_horizon;
+
+/**
+ * A robot among obstacles, with all that one thread needs to ask about it. Lengths are in
+ * metres, angles in radians. A configuration has a number for each joint that moves and
+ * follows no other, in the order of the URDF file.
  */
 typedef struct punctual_robot punctual_robot;
+
+/**
+ * A motion of all joints: pieces one after the other, each with a polynomial of time for each
+ * joint. Lines, splines and braking are such motions.
+ */
+typedef struct punctual_trajectory punctual_trajectory;
 
 /**
  * Whether a configuration collides.
@@ -4991,8 +5234,8 @@ typedef struct punctual_robot_clearance {
 } punctual_robot_clearance;
 
 /**
- * A pair of shapes that are near each other: `low <= what is left of their distance above their
- * margin <= high`, in metres.
+ * A pair of shapes that are near each other: `low <= what is left of their distance above
+ * their margin <= high`, in metres.
  */
 typedef struct punctual_robot_near_pair {
   /**
@@ -5079,6 +5322,60 @@ typedef struct punctual_robot_motion {
 } punctual_robot_motion;
 
 /**
+ * What a `punctual_horizon` knows at the end of a cycle. Times are those of the plan, in
+ * seconds.
+ */
+typedef struct punctual_ahead {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Cycles since the last one that was proven for the obstacles' motions of now.
+   */
+  uint32_t since;
+  /**
+   * The share of the full speed, 0 to 1, at the end of the cycle that begins now.
+   */
+  double speed;
+  /**
+   * The time of the plan then: `punctual_trajectory_at` tells where to bring the joints.
+   */
+  double time;
+  /**
+   * The time of the plan at which the robot stands if it brakes from then on.
+   */
+  double stops_at;
+  /**
+   * Proven: no contact before this time of the plan with what stands still, nor among links.
+   */
+  double free_until;
+  /**
+   * Whether this cycle, and braking after it, is proven free, of obstacles that move by
+   * themselves as told `since` cycles ago. False if it was not yet proven since an obstacle
+   * was added, moved or removed, or a margin was set.
+   */
+  bool is_proven;
+  /**
+   * Whether the plan that was given is followed from this cycle on.
+   */
+  bool is_new;
+  /**
+   * Why the call returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Units of work done.
+   */
+  uint64_t work;
+} punctual_ahead;
+
+/**
+ * Frees a robot; null is fine.
+ */
+void punctual_robot_free(struct punctual_robot *robot);
+
+/**
  * Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs
  * of links are not asked; without it, links joined by one moving joint are not. `packages` may
  * be null, or names a folder in which `package://` names are sought, before those above the
@@ -5092,11 +5389,6 @@ punctual_status punctual_robot_from_urdf(const char *urdf,
                                          const char *packages,
                                          uint32_t solids,
                                          struct punctual_robot **robot);
-
-/**
- * Frees a robot; null is fine.
- */
-void punctual_robot_free(struct punctual_robot *robot);
 
 /**
  * The number of values of a configuration.
@@ -5195,6 +5487,15 @@ punctual_status punctual_robot_set_margin(struct punctual_robot *robot,
                                           uint32_t padding);
 
 /**
+ * Tells whether two links or obstacles may touch: pairs that may (not 0) are not checked. What
+ * was told last of a pair counts, before what the files and `punctual_robot_add` say; pairs
+ * that never move relative to each other stay unchecked. Lists all pairs anew.
+ *
+ * Fails with BAD_ARGUMENT if there is no link or obstacle of a name.
+ */
+punctual_status punctual_robot_allow(struct punctual_robot *robot, const char *x, const char *y, uint32_t may_touch);
+
+/**
  * Whether a configuration of `joints` values collides, within a budget; `clock` may be null:
  * the clock of the system. It does not lock or panic, and allocates nothing but room for more
  * pairs or intervals than ever before.
@@ -5264,6 +5565,20 @@ punctual_status punctual_robot_edge(struct punctual_robot *robot,
                                     struct punctual_robot_motion *motion);
 
 /**
+ * Whether a motion along polynomials of time is free, as `punctual_robot_edge` for a line;
+ * times are in seconds. Pieces need not join; both ends of each count. Goes on by
+ * `punctual_robot_edge_resume`.
+ *
+ * Fails with BAD_ARGUMENT if it has another number of joints, or no piece.
+ */
+punctual_status punctual_robot_follow(struct punctual_robot *robot,
+                                      const struct punctual_trajectory *trajectory,
+                                      uint32_t first,
+                                      struct punctual_budget budget,
+                                      const struct punctual_clock *clock,
+                                      struct punctual_robot_motion *motion);
+
+/**
  * Continues the last edge, which its budget has stopped. However it is cut into pieces by work
  * budgets, the answer at the end is that of one uninterrupted call.
  *
@@ -5309,14 +5624,90 @@ punctual_status punctual_robot_braking_time(const double *velocity,
  */
 double punctual_robot_safe_speed(double free_until, double cycle, double braking);
 
+/**
+ * Frees a trajectory; null is fine.
+ */
+void punctual_trajectory_free(struct punctual_trajectory *trajectory);
+
+/**
+ * Frees a controller; null is fine.
+ */
+void punctual_horizon_free(struct punctual_horizon *horizon);
+
+/**
+ * Makes a trajectory without a piece.
+ */
+punctual_status punctual_trajectory_new(struct punctual_trajectory **trajectory);
+
+/**
+ * Adds a piece of this duration. `coefficients` holds `powers * joints` numbers: row `k` has
+ * those of the `k`-th power of the time in seconds since the piece began, one for each joint,
+ * in rad or m. Whether pieces join is not checked.
+ *
+ * Fails with BAD_ARGUMENT, which names the piece and the row, for another number of joints
+ * than in the first piece, a duration that is not above 0, and numbers that are not finite or
+ * beyond 1e30 within the piece. The trajectory is as before then.
+ */
+punctual_status punctual_trajectory_push(struct punctual_trajectory *trajectory,
+                                         double seconds,
+                                         const double *coefficients,
+                                         size_t powers,
+                                         size_t joints);
+
+/**
+ * The duration, in seconds.
+ */
+punctual_status punctual_trajectory_seconds(const struct punctual_trajectory *trajectory, double *seconds);
+
+/**
+ * Where the joints are at a time; at its ends before and after it. As many values as
+ * `capacity` allows are written to `values`, and how many there are to `count`.
+ */
+punctual_status punctual_trajectory_at(const struct punctual_trajectory *trajectory,
+                                       double seconds,
+                                       double *values,
+                                       size_t capacity,
+                                       size_t *count);
+
+/**
+ * Takes all pieces away.
+ */
+punctual_status punctual_trajectory_clear(struct punctual_trajectory *trajectory);
+
+/**
+ * Makes a controller of a robot at rest, without a plan, with cycles of this duration, which
+ * stops from the full speed of its plans within `braking`
+ * (`punctual_robot_braking_time`), both in seconds.
+ *
+ * Fails with BAD_ARGUMENT unless `cycle` is above 0, and both are finite and not negative.
+ */
+punctual_status punctual_horizon_new(double cycle, double braking, struct punctual_horizon **horizon);
+
+/**
+ * Tells the speed of the cycle that begins now, within a budget; `clock` may be null: the
+ * clock of the system. `plan` is a new one, which begins where the robot is and at the
+ * velocity that it has there, or null. It is followed if this cycle and braking after it can
+ * be proven, or the robot rests; else the robot brakes along the old one. However short the
+ * budget, the speed changes by at most `cycle / braking`.
+ *
+ * Fails with BAD_ARGUMENT for a plan of another number of joints, and without any plan.
+ * Nothing is changed then: braking as told before remains right.
+ */
+punctual_status punctual_horizon_step(struct punctual_horizon *horizon,
+                                      struct punctual_robot *robot,
+                                      const struct punctual_trajectory *plan,
+                                      struct punctual_budget budget,
+                                      const struct punctual_clock *clock,
+                                      struct punctual_ahead *ahead);
+
 /* --------------------------------------------------------------------------------------------------------------------
  * 18. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * A correction of the probabilities that estimates tell, learned on the caller's own work: one for
- * each pair of parts whose queries are stopped, or for a scene, which learns by itself. Plain
- * data: to go on with it another day, store its numbers.
+ * A correction of the probabilities that estimates tell, learned on the caller's own work: one
+ * for each pair of parts whose queries are stopped, or for a scene, which learns by itself.
+ * Plain data: to go on with it another day, store its numbers.
  */
 typedef struct punctual_calibration {
   /**

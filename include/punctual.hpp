@@ -276,6 +276,11 @@ public:
   static Result<Tree> from_points(const double *points, std::size_t count, double radius = 0) noexcept {
     return detail::owned<Tree, punctual_tree>(punctual_tree_from_points_f64, points, count, radius);
   }
+  /** Of a depth image of `count` depths, row by row. */
+  static Result<Tree> from_depth(const punctual_depth_camera &camera, const float *depths, std::size_t count,
+                                 double radius = 0) noexcept {
+    return detail::owned<Tree, punctual_tree>(punctual_tree_from_depth, camera, depths, count, radius);
+  }
   static Result<Tree> ball(double radius) noexcept {
     return detail::owned<Tree, punctual_tree>(punctual_tree_ball, radius);
   }
@@ -397,6 +402,14 @@ public:
   [[nodiscard]] punctual_status drain_ray_hits() noexcept { return punctual_workspace_drain_ray_hits(get()); }
   [[nodiscard]] punctual_status reserve_ray_hits(std::size_t hits) noexcept {
     return punctual_workspace_reserve_ray_hits(get(), hits);
+  }
+  /** Writes up to `capacity` points of a cloud; how many there are. */
+  Result<std::size_t> near_points(std::uint32_t *points, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_workspace_near_points, get(), points, capacity);
+  }
+  [[nodiscard]] punctual_status drain_near_points() noexcept { return punctual_workspace_drain_near_points(get()); }
+  [[nodiscard]] punctual_status reserve_near_points(std::size_t points) noexcept {
+    return punctual_workspace_reserve_near_points(get(), points);
   }
 };
 
@@ -594,6 +607,38 @@ struct ContactQuery : punctual_contact_query {
   Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
                                  std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_contact_query_open_boxes, this, workspace.get(), boxes, capacity);
+  }
+};
+
+/** Which points of a cloud are near? The fields of punctual_near_points_query are public; the trees must outlive it. */
+struct NearPointsQuery : punctual_near_points_query {
+  NearPointsQuery(const Tree &cloud, const Tree &other, const punctual_pose &other_in_cloud, double within = 0) noexcept
+      : punctual_near_points_query(punctual_near_points_query_new(cloud.get(), other.get(), other_in_cloud)) {
+    distance = within;
+  }
+  NearPointsQuery(const Tree &&, const Tree &, const punctual_pose &, double = 0) = delete;
+  NearPointsQuery(const Tree &, const Tree &&, const punctual_pose &, double = 0) = delete;
+  NearPointsQuery(const Tree &&, const Tree &&, const punctual_pose &, double = 0) = delete;
+
+  Result<punctual_near_points> run(Workspace &workspace, punctual_budget budget,
+                                   const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_near_points>(punctual_near_points_query_run, this, workspace.get(), budget, clock);
+  }
+  Result<punctual_near_points> resume(Workspace &workspace, punctual_budget budget,
+                                      const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_near_points>(punctual_near_points_query_resume, this, workspace.get(), budget,
+                                                clock);
+  }
+  Result<punctual_remaining> remaining(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_remaining>(punctual_near_points_query_remaining, this, workspace.get());
+  }
+  Result<punctual_certificate> certificate(const Workspace &workspace) const noexcept {
+    return detail::filled<punctual_certificate>(punctual_near_points_query_certificate, this, workspace.get());
+  }
+  /** Writes up to `capacity` boxes; how many there are. */
+  Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
+                                 std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_near_points_query_open_boxes, this, workspace.get(), boxes, capacity);
   }
 };
 
@@ -947,6 +992,28 @@ public:
   }
 };
 
+/** A motion of all joints: polynomials of time, piece after piece. */
+class Trajectory : public detail::Handle<punctual_trajectory, punctual_trajectory_free> {
+public:
+  using Handle::Handle;
+
+  static Result<Trajectory> make() noexcept {
+    return detail::owned<Trajectory, punctual_trajectory>(punctual_trajectory_new);
+  }
+
+  /** Row `k` of `coefficients` has those of the `k`-th power of the time, one for each joint. */
+  [[nodiscard]] punctual_status push(double duration, const double *coefficients, std::size_t powers,
+                                     std::size_t joints) noexcept {
+    return punctual_trajectory_push(get(), duration, coefficients, powers, joints);
+  }
+  Result<double> seconds() const noexcept { return detail::filled<double>(punctual_trajectory_seconds, get()); }
+  /** Writes up to `capacity` joint values; how many there are. */
+  Result<std::size_t> at(double time, double *values, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_trajectory_at, get(), time, values, capacity);
+  }
+  [[nodiscard]] punctual_status clear() noexcept { return punctual_trajectory_clear(get()); }
+};
+
 /** A robot among obstacles. A configuration is an array with as many values as `joints` tells. */
 class Robot : public detail::Handle<punctual_robot, punctual_robot_free> {
 public:
@@ -983,6 +1050,10 @@ public:
                                            double reach_speed = 0) noexcept {
     return punctual_robot_move_along(get(), shape, pose, linear, angular, reach, reach_speed);
   }
+  /** Whether two links or obstacles may touch, and are not checked. */
+  [[nodiscard]] punctual_status allow(const char *x, const char *y, bool may_touch = true) noexcept {
+    return punctual_robot_allow(get(), x, y, may_touch ? 1U : 0U);
+  }
   /** Of all pairs, those of a name, or of two. */
   [[nodiscard]] punctual_status set_margin(double margin, const char *name = nullptr,
                                            const char *other = nullptr) noexcept {
@@ -1014,6 +1085,12 @@ public:
     return detail::filled<punctual_robot_motion>(punctual_robot_edge, get(), from, to, joints, first ? 1U : 0U, budget,
                                                  clock);
   }
+  Result<punctual_robot_motion> follow(const Trajectory &trajectory, bool first, punctual_budget budget,
+                                       const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_motion>(punctual_robot_follow, get(), trajectory.get(), first ? 1U : 0U,
+                                                 budget, clock);
+  }
+  /** The last edge or trajectory. */
   Result<punctual_robot_motion> resume_edge(punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
     return detail::filled<punctual_robot_motion>(punctual_robot_edge_resume, get(), budget, clock);
   }
@@ -1029,6 +1106,24 @@ public:
   }
   static double safe_speed(double free_until, double cycle, double braking) noexcept {
     return punctual_robot_safe_speed(free_until, cycle, braking);
+  }
+};
+
+/** A controller that follows a plan no faster than is proven, from cycle to cycle. */
+class Horizon : public detail::Handle<punctual_horizon, punctual_horizon_free> {
+public:
+  using Handle::Handle;
+
+  /** Both in seconds: see Robot::braking_time. */
+  static Result<Horizon> make(double cycle, double braking) noexcept {
+    return detail::owned<Horizon, punctual_horizon>(punctual_horizon_new, cycle, braking);
+  }
+
+  /** The speed of the cycle that begins now. `plan` is a new one, or null. */
+  Result<punctual_ahead> step(Robot &robot, const Trajectory *plan, punctual_budget budget,
+                              const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_ahead>(punctual_horizon_step, get(), robot.get(), plan ? plan->get() : nullptr,
+                                          budget, clock);
   }
 };
 

@@ -54,9 +54,9 @@
 //!   and boxes that hold every intersection not reported.
 //! - **Nothing is lost.** A stopped query can be resumed ([`Query::resume`]). However budgets of
 //!   work cut it, it ends with the same bits.
-//! - **Deterministic and quiet.** A query does not lock or panic, nor allocate, but for the first
-//!   in a workspace for contacts, manifolds, solids, all hits of a ray, or so many rays or points
-//!   ([`Query::run`]). The same input and budget of work give the same bits.
+//! - **Deterministic and quiet.** A query does not lock or panic. It does not allocate, but for the
+//!   first in a workspace for contacts, manifolds, solids, all hits of a ray, or a larger batch of
+//!   rays or points ([`Query::run`]). The same input and budget of work give the same bits.
 //!
 //! The rest is estimated: the cost of a query ([`Query::predict`]), and for a stopped query the
 //! work and time left, the probability that the surfaces intersect ([`Query::remaining`]), and the

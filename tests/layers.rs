@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The only files of the engine that name a question: the workspace holds the states of all
-/// questions, a certificate the pieces of a motion left, a memory the ids of manifolds.
+/// questions, a certificate the substeps of a motion left, a memory the ids of manifolds.
 const UPWARDS: [&str; 3] = ["certificate.rs", "identity.rs", "workspace.rs"];
 
 /// Maximum number of modules in one folder.

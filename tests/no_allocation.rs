@@ -18,7 +18,7 @@ use punctual::contacts::Contacts;
 use punctual::engine::{Ask, Remembers};
 use punctual::glam::{DVec3, Vec3};
 use punctual::rays::RayMode;
-use punctual::tree::Solid;
+use punctual::tree::{PointWindow, Solid};
 use punctual::{
     Budget, BuildOptions, Mesh, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace,
     shapes,
@@ -352,4 +352,26 @@ fn the_system_clock() {
         }
     });
     assert_eq!(calls, 0);
+}
+
+/// A full window takes the memory of the tree before the last.
+#[test]
+fn a_full_window() {
+    let mut random = Random::new(8);
+    let mut window = PointWindow::new(1000, 4.0).unwrap();
+    for number in 0..20 {
+        let points: Vec<Vec3> = (0..100).map(|_| random.vector().as_vec3()).collect();
+        let validation = allocator_calls(|| window.tree().validate().unwrap());
+        let calls = allocator_calls(|| {
+            window.insert(&points).unwrap();
+            assert!(!window.advance(Budget::work(9000)));
+            assert!(window.advance(Budget::unlimited()));
+        });
+        let allowed = if cfg!(debug_assertions) {
+            validation
+        } else {
+            0
+        };
+        assert!(number < 12 || calls == allowed, "{number}: {calls}");
+    }
 }

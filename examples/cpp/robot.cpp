@@ -1,6 +1,6 @@
-// A 1 kHz loop: an arm with seven joints sweeps towards a post. In each cycle it asks, within 200 microseconds, for how long it would
-// stay free, and goes no faster than it can stop in that time. What is not proven counts as not free: a busy machine makes the arm
-// slower, never unsafe.
+// A 1 kHz loop: an arm with seven joints sweeps towards a post. Each cycle asks, within 200 microseconds, how fast the arm may go so
+// that it can still stop where its plan is proven free. What is not proven counts as not free: a busy machine makes the arm slower,
+// never unsafe.
 //
 // Usage: robot [ROBOT.urdf [cycles]], from the root of the repository.
 
@@ -15,7 +15,7 @@
 
 int main(int count, char **arguments) {
   using clock = std::chrono::steady_clock;
-  const double cycle = 0.001, ahead = 0.2;
+  const double cycle = 0.001;
   const punctual_budget budget = punctual_budget_time(200000);
   punctual::Robot robot = punctual::Robot::from_urdf(count > 1 ? arguments[1] : "crates/robot/examples/arm7.urdf").value();
   const int cycles = count > 2 ? std::atoi(arguments[2]) : 3000;
@@ -25,27 +25,25 @@ int main(int count, char **arguments) {
   const std::uint32_t obstacle = robot.add("post", post, place).value();
 
   const std::size_t joints = robot.joints().value();
-  std::vector<double> q(joints), velocity(joints), brakes(joints, 10.0);
+  // The plan, at full speed: one line for three seconds. Row 0 is where it begins, row 1 the velocity.
+  std::vector<double> rows(2 * joints), q(joints), brakes(joints, 10.0);
   const double bent[] = {-0.5, 1.2, 0.3, 0.4, 0.0, 0.2, 0.0};
-  std::copy_n(bent, std::min<std::size_t>(joints, 7), q.begin());
-  velocity[0] = 1.0;
-  const double braking = punctual::Robot::braking_time(velocity.data(), brakes.data(), joints).value();
-  double speed = 0, free_for = 0;
+  std::copy_n(bent, std::min<std::size_t>(joints, 7), rows.begin());
+  rows[joints] = 1.0;
+  punctual::Trajectory plan = punctual::Trajectory::make().value();
+  if (plan.push(3.0, rows.data(), 2, joints) != PUNCTUAL_STATUS_OK)
+    return 1;
+  const double braking = punctual::Robot::braking_time(rows.data() + joints, brakes.data(), joints).value();
+  punctual::Horizon horizon = punctual::Horizon::make(cycle, braking).value();
   int late = 0;
   clock::time_point next = clock::now();
   for (int i = 0; i < cycles; i++) {
     const clock::time_point start = clock::now();
-    const punctual_robot_motion known = robot.horizon(q.data(), velocity.data(), joints, ahead, budget).value();
+    const punctual_ahead ahead = horizon.step(robot, i == 0 ? &plan : nullptr, budget).value();
     late += clock::now() - start > std::chrono::microseconds(250);
-    // What was proven before remains true, so the arm can always brake as it planned.
-    free_for = std::max(known.free_until, free_for);
-    const double change = cycle / braking, allowed = punctual::Robot::safe_speed(free_for, cycle, braking);
-    speed = std::min(speed + change, std::max(allowed, speed - change));
-    for (std::size_t joint = 0; joint < joints; joint++)
-      q[joint] += speed * velocity[joint] * cycle;
-    free_for = std::max(free_for - speed * cycle, 0.0);
+    (void)plan.at(ahead.time, q.data(), joints).value(); // where to bring the joints
     if (i % 500 == 0)
-      std::printf("%4d ms: %.2f of the speed, free for %.3f s\n", i, speed, free_for);
+      std::printf("%4d ms: %.2f of the speed, free until %.3f s of the plan\n", i, ahead.speed, ahead.free_until);
     std::this_thread::sleep_until(next += std::chrono::milliseconds(1));
   }
   const punctual_robot_clearance rest =

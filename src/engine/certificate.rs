@@ -11,9 +11,9 @@ use glam::{DMat3, DVec3, Vec3};
 use punctual_geom::tolerance::FRAME_ROUNDING;
 use punctual_geom::{Aabb, Pose};
 
-/// Bounds on what the last run of a query left open. For an intersection query these are triangle
-/// pairs that intersect; for a distance query, pairs closer than its upper bound by more than the
-/// tolerance; for a motion, pairs that may meet first. Each method reads the workspace when it is
+/// Bounds on what the last run of a query left open: triangle pairs that intersect for an
+/// intersection query, pairs closer than the upper bound by more than the tolerance for a distance
+/// query, and pairs that may meet first for a motion. Each method reads the workspace when it is
 /// called, in time linear in the open pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct Certificate<'w> {

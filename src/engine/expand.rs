@@ -21,7 +21,7 @@ use punctual_geom::triangle::batch::Rows;
 /// of the other, and so is bit `8 i + j` of a mask of pairs.
 pub(crate) type Keys = [[f32; WIDTH]; WIDTH];
 
-/// What the opening of pairs of two trees needs.
+/// Buffers for opening pairs of two trees.
 #[derive(Default)]
 pub(crate) struct Scratch {
     keys: Keys,

@@ -36,9 +36,9 @@ pub enum Verdict {
         /// The body that is inside the other.
         inner: Operand,
     },
-    /// Proven: no triangle of A shares a point with one of B. For bodies with margins or radii, also
-    /// none is within them. For solids, also no component of one is inside the other, if that is
-    /// closed.
+    /// Proven: no triangle of A shares a point with one of B. For bodies with margins or radii,
+    /// also none is within them. For solids, also no component of one is inside the other, if the
+    /// other is closed.
     Separated,
     /// The budget ended before the answer was known. [`crate::Query::certificate`] bounds what is
     /// left open.

@@ -133,12 +133,12 @@ where
     ///
     /// Under a budget of time it reads the clock more often the nearer the deadline, in the end
     /// every [`Budget::poll_interval`] units of work. It does not lock or panic. It does not
-    /// allocate, with these exceptions. The first query in a workspace for contacts, for all
-    /// hits of a ray, or for near points makes room for 4,096, the last also for marks of the blocks
-    /// of a cloud larger than any before. The first query for a larger batch of rays or points
-    /// than any before makes room for their answers. The first queries for manifolds, and about
-    /// solids of which one may hold the other, make room too. [`Workspace::reserve_contacts`] and
-    /// [`Workspace::reserve_ray_hits`] make room in advance.
+    /// allocate, with these exceptions. The first query in a workspace for contacts, for all hits
+    /// of a ray, or for near points makes room for 4,096 of them. A query for near points of a
+    /// larger cloud than any before makes room for marks of its blocks. The first query for a
+    /// larger batch of rays or points than any before makes room for their answers. The first
+    /// queries for manifolds, and about solids of which one may hold the other, make room too.
+    /// [`Workspace::reserve_contacts`] and [`Workspace::reserve_ray_hits`] make room in advance.
     pub fn run<'c>(
         &self,
         workspace: &mut Workspace,
@@ -295,9 +295,9 @@ where
         self.spend(workspace, memory, &mut deadline)
     }
 
-    /// For tasks of several queries: continues the run of this query that the workspace holds, if it
-    /// was stopped, or begins one whose plan does not depend on a budget, so that budgets of work may
-    /// cut it anywhere. Also returns the effort of earlier calls of the run.
+    /// For tasks of several queries: continues the stopped run of this query in the workspace, or
+    /// begins one. The plan of a new run does not depend on a budget, so budgets of work may cut it
+    /// anywhere. Also returns the effort of earlier calls of the run.
     pub fn go_on(
         &self,
         workspace: &mut Workspace,

@@ -1,15 +1,15 @@
 //! The one loop over node pairs, its stop rule and its guarantee.
 //!
-//! Every question ([`Visitor`]) about node pairs runs through [`traverse`]: intersection
-//! ([`meeting`]), distance and contacts ([`nearest`]), time of impact ([`motion`]), ray casts
-//! ([`ray`]), points ([`point`]) and containment ([`contained`]); with and without a budget, in
-//! every order. Two questions have a loop of their own beside it, under the same deadline:
-//! manifolds step through the overlaps after the contacts ([`overlaps`]), and [`motion`] goes from
-//! substep to substep, and skips those that its bounds prove free.
+//! Every question ([`Visitor`]) about node pairs runs through [`traverse`], with and without a
+//! budget, in every order: intersection ([`meeting`]), distance and contacts ([`nearest`]), time of
+//! impact ([`motion`]), ray casts ([`ray`]), points ([`point`]) and containment ([`contained`]).
+//! Two questions have a loop of their own beside it, under the same deadline. Manifolds step
+//! through the overlaps after the contacts ([`overlaps`]). A motion ([`motion`]) goes from substep
+//! to substep, and skips those that its bounds prove free.
 //!
-//! Each iteration does one step of bounded work: it tests triangle pairs, or opens a node pair of the
-//! frontier ([`expand`]). Before each step the deadline may end the call. Everything not done by
-//! then is still in the buffers:
+//! Each iteration does one step of bounded work: it tests triangle pairs, or opens a node pair of
+//! the frontier ([`expand`]). Before each step the deadline may end the call. Everything not done
+//! by then is still in the buffers:
 //!
 //! **Guarantee.** At every moment each pair of triangles that matters to the question has been
 //! taken into account, or waits, or is in doubt, or lies under a pair of the frontier. So empty
@@ -37,8 +37,9 @@ use crate::tree::Tree;
 use punctual_geom::Pose;
 use punctual_geom::lanes::{Kernel, Lanes};
 
-/// One call of a query that asks `Q`. `POINTS` is true if one of the trees is that of a cloud, whose
-/// leaves are not stored: all code is compiled once more for them, so that meshes pay nothing.
+/// One call of a query that asks `Q`. `POINTS` is true if one of the trees is that of a cloud,
+/// whose leaves are not stored: all code is compiled once more for them, so that meshes pay
+/// nothing.
 pub(crate) struct Traversal<'q, 'c, Q, const POINTS: bool = false> {
     pub question: Q,
     pub a: &'q Tree,

@@ -137,14 +137,14 @@ pub enum Asked {
     Intersection(Options),
     SelfIntersection(Options),
     Distance(DistanceOptions),
-    /// The options are in the [`MotionState`].
+    /// The options are in the `MotionState`.
     Motion,
     Contacts(ContactOptions),
     PointsWithin(ContactOptions),
     Manifolds(ContactOptions),
-    /// The rays are in the [`RayState`].
+    /// The rays are in the `RayState`.
     Ray,
-    /// The points are in the [`PointState`].
+    /// The points are in the `PointState`.
     Points,
 }
 

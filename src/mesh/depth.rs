@@ -42,8 +42,8 @@ impl DepthCamera {
     /// ```
     ///
     /// # Errors
-    /// If a number of the camera is not finite, a focal length is 0 or the scale is not positive, or
-    /// if there are more or fewer depths than pixels. Then `points` stays as it was.
+    /// If a number of the camera is not finite, a focal length is 0 or the scale is not positive,
+    /// or if there are more or fewer depths than pixels. Then `points` stays as it was.
     pub fn points(&self, depths: &[f32], points: &mut Vec<[f32; 3]>) -> Result<(), DepthError> {
         let numbers = [
             ("focal[0]", self.focal[0], self.focal[0] != 0.0),

@@ -20,6 +20,7 @@ use glam::DVec3;
 
 pub(crate) use bytes::TRIANGLE_BYTES;
 use punctual_geom::Aabb;
+pub(crate) use survey::{Survey, survey};
 pub(crate) use vertices::Vertices;
 use vertices::{all_in_use, check_vertex, is_f32_exact};
 
@@ -213,16 +214,23 @@ impl Mesh {
         check_count(points.len())?;
         let mut mesh = Self {
             vertices: points,
-            triangles: Box::default(),
-            aabb: Aabb::EMPTY,
-            all_in_use: true,
-            is_cloud: true,
-            least_exponent: 0,
+            ..Self::no_points()
         };
         if !mesh.measure() {
             (0..mesh.len()).try_for_each(|i| check_vertex(i, mesh.vertices.get(i)))?;
         }
         Ok(mesh)
+    }
+
+    pub(crate) fn no_points() -> Self {
+        Self {
+            vertices: Vertices::F32(Box::default()),
+            triangles: Box::default(),
+            aabb: Aabb::EMPTY,
+            all_in_use: true,
+            is_cloud: true,
+            least_exponent: 0,
+        }
     }
 
     /// Stores f64 vertices as f32 if that keeps every bit of those in use.
@@ -239,8 +247,8 @@ impl Mesh {
     }
 
     /// The mesh with the coordinates of each axis multiplied by a factor, rounded once to f64 and
-    /// stored as by [`from_f64`](Self::from_f64). If the factors mirror it, the second and the third
-    /// corner of each triangle change places, so that faces look outwards as before.
+    /// stored as by [`from_f64`](Self::from_f64). If the factors mirror it, the second and the
+    /// third corner of each triangle change places, so that faces look outwards as before.
     /// [`Tree::scaled`](crate::Tree::scaled) scales a tree that is built.
     ///
     /// ```
@@ -275,8 +283,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The mesh moved so that the center of its box is the origin, and the center before. Coordinates
-    /// are rounded to f64. An empty mesh stays as it is.
+    /// The mesh moved so that the center of its box is the origin, and the center before.
+    /// Coordinates are rounded to f64. An empty mesh stays as it is.
     ///
     /// Near the origin f32 is finest, and engines turn bodies about their origins. A pose of the
     /// mesh becomes one of the result by a translation: `pose.transform_point(center)`.

@@ -2,10 +2,11 @@
 //! magnitude of a coordinate.
 
 use punctual_geom::denormals::Number;
-use punctual_geom::lanes::{Instructions, Kernel, Lanes};
+use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
 use punctual_geom::{Aabb, tolerance::COORDINATE_LIMIT};
 
-pub(super) struct Survey {
+#[derive(Clone, Debug)]
+pub(crate) struct Survey {
     /// True if no coordinate exceeds the limit or is NaN.
     pub is_good: bool,
     /// Box around all points; valid only if `is_good`.
@@ -14,8 +15,17 @@ pub(super) struct Survey {
     pub least_exponent: i32,
 }
 
+impl Survey {
+    /// Adds the survey of other points.
+    pub fn add(&mut self, other: &Self) {
+        self.is_good &= other.is_good;
+        self.aabb = self.aabb.union(&other.aabb);
+        self.least_exponent = self.least_exponent.min(other.least_exponent);
+    }
+}
+
 /// Surveys the points to which `of` maps `vertices`.
-pub(super) fn survey<V: Copy, N: Number>(vertices: &[V], of: impl Fn(V) -> [N; 3]) -> Survey {
+pub(crate) fn survey<V: Copy, N: Number>(vertices: &[V], of: impl Fn(V) -> [N; 3]) -> Survey {
     Instructions::detect().run(Look { vertices, of })
 }
 
@@ -30,34 +40,34 @@ impl<V: Copy, N: Number, F: Fn(V) -> [N; 3]> Kernel for Look<'_, V, F> {
     #[inline(always)]
     fn run<L: Lanes>(self, _: L) -> Survey {
         let mut seen = Seen {
-            min: [N::INFINITY; 12],
-            max: [N::NEG_INFINITY; 12],
-            least: [N::ALL_BITS; 12],
-            greatest: [N::NO_BITS; 12],
+            min: [N::INFINITY; 24],
+            max: [N::NEG_INFINITY; 24],
+            least: [N::ALL_BITS; 24],
+            greatest: [N::NO_BITS; 24],
         };
-        let (fours, rest) = self.vertices.as_chunks();
-        for &[a, b, c, d] in fours {
-            seen.note([(self.of)(a), (self.of)(b), (self.of)(c), (self.of)(d)]);
+        let (eights, rest) = self.vertices.as_chunks::<8>();
+        for eight in eights {
+            seen.note(per_lane!(i => (self.of)(eight[i])));
         }
-        for &vertex in rest {
-            seen.note([(self.of)(vertex); 4]);
+        if let Some(last) = rest.len().checked_sub(1) {
+            seen.note(per_lane!(i => (self.of)(rest[last.min(i)])));
         }
         seen.survey()
     }
 }
 
-/// Extremes of coordinates and of their magnitudes. Takes four vertices at a time, one coordinate
-/// per lane.
+/// Extremes of coordinates and of their magnitudes. Takes eight vertices at a time, one
+/// coordinate per lane: three full registers of f32.
 struct Seen<N: Number> {
-    min: [N; 12],
-    max: [N; 12],
-    least: [N::Bits; 12],
-    greatest: [N::Bits; 12],
+    min: [N; 24],
+    max: [N; 24],
+    least: [N::Bits; 24],
+    greatest: [N::Bits; 24],
 }
 
 impl<N: Number> Seen<N> {
     #[inline(always)]
-    fn note(&mut self, vertices: [[N; 3]; 4]) {
+    fn note(&mut self, vertices: [[N; 3]; 8]) {
         for (k, &x) in vertices.as_flattened().iter().enumerate() {
             self.min[k] = if x < self.min[k] { x } else { self.min[k] };
             self.max[k] = if self.max[k] < x { x } else { self.max[k] };
@@ -67,9 +77,7 @@ impl<N: Number> Seen<N> {
     }
 
     fn survey(self) -> Survey {
-        let points = |numbers: [N; 12]| {
-            [0, 3, 6, 9].map(|i| [numbers[i], numbers[i + 1], numbers[i + 2]].map(Into::into))
-        };
+        let points = |numbers: [N; 24]| per_lane!(i => [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]].map(Into::into));
         let greatest = self.greatest.into_iter().max().map(N::of_magnitude);
         let least = self.least.into_iter().min().unwrap_or(N::ALL_BITS);
         Survey {
@@ -88,10 +96,10 @@ mod tests {
     use super::*;
     use alloc::vec::Vec;
 
-    /// Compares with a scalar loop, for whole groups of four vertices and for incomplete ones.
+    /// Compares with a scalar loop, for whole groups of eight vertices and for incomplete ones.
     #[test]
     fn a_survey_sees_every_coordinate() {
-        for count in 0..=9 {
+        for count in 0..=17 {
             for (place, odd) in [f64::NAN, f64::NEG_INFINITY, -1e302, 5e-324, 0.0, -7.5]
                 .into_iter()
                 .enumerate()

@@ -3,6 +3,7 @@
 use super::survey::{Survey, survey};
 use super::{Mesh, MeshError};
 use alloc::boxed::Box;
+use alloc::vec::Vec;
 use glam::DVec3;
 use punctual_geom::{Aabb, denormals::Number, tolerance::COORDINATE_LIMIT};
 
@@ -116,6 +117,29 @@ impl Mesh {
         };
         self.note(&survey);
         survey.is_good
+    }
+
+    /// Refuses the first point that is not finite or too large.
+    pub(crate) fn check_points<V: Copy + Into<[f32; 3]>>(points: &[V]) -> Result<(), MeshError> {
+        if survey(points, V::into).is_good {
+            return Ok(());
+        }
+        let vertex = |point: V| DVec3::from_array(point.into().map(f64::from));
+        (0..points.len()).try_for_each(|i| check_vertex(i, vertex(points[i])))
+    }
+
+    /// Takes the f32 points of a cloud; none are left.
+    pub(crate) fn take_points(&mut self) -> Vec<[f32; 3]> {
+        match core::mem::replace(&mut self.vertices, Vertices::F32(Box::default())) {
+            Vertices::F32(points) => points.into_vec(),
+            Vertices::F64(_) => Vec::new(),
+        }
+    }
+
+    /// Replaces the points of a cloud by points of a good survey.
+    pub(crate) fn set_points(&mut self, points: Vec<[f32; 3]>, survey: &Survey) {
+        self.vertices = Vertices::F32(points.into());
+        self.note(survey);
     }
 
     fn note(&mut self, survey: &Survey) {

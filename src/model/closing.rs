@@ -79,7 +79,7 @@ pub fn work_left(closing: &Closing) -> Quantiles {
     Quantiles::ordered(weights.map(|w| exp2(dot(&w, &x))), LEAST)
 }
 
-/// Units of work of a query after a `previous` one of the same pair, from the latter alone.
+/// Predicts the units of work of a query from those of the `previous` query of its pair alone.
 pub fn work_after(previous: f64) -> Quantiles {
     after(previous, DISTANCE_AFTER)
 }

@@ -70,7 +70,7 @@ pub fn work_left(passing: &Passing) -> Quantiles {
     Quantiles::ordered(MOTION_LEFT.map(|w| exp2(dot(&w, &x))), LEAST)
 }
 
-/// Units of work of a query after a `previous` one of the same pair, from the latter alone.
+/// Predicts the units of work of a query from those of the `previous` query of its pair alone.
 pub fn work_after(previous: f64) -> Quantiles {
     after(previous, MOTION_AFTER)
 }

@@ -133,7 +133,7 @@ pub fn any_left(frontier: &FrontierSummary, probability: f64) -> Quantiles {
 }
 
 /// log2 of the 90 % quantile of the BV tests of a whole query that finds all intersections.
-/// `root_cost` is the [`super::frontier::pair_cost`] of the roots at their deepest penetration, so
+/// `root_cost` is the [`super::visits::pair_cost`] of the roots at their deepest penetration, so
 /// their positions do not matter.
 pub fn most(root_cost: f64, log2: fn(f64) -> f64) -> f64 {
     let [intercept, slope] = ROOT_MOST;
@@ -150,8 +150,8 @@ pub fn most_of_any_after(previous: f64, log2: fn(f64) -> f64) -> f64 {
     log2(previous.max(1.0)) + ANY_AFTER[2]
 }
 
-/// BV tests of a query after a `previous` one of the same pair, from the latter
-/// alone, if both find all intersections.
+/// Predicts the BV tests of a query from those of the `previous` query of its pair alone, if both
+/// find all intersections.
 pub fn all_after(previous: f64) -> Quantiles {
     after(previous, ALL_AFTER)
 }

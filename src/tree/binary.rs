@@ -82,6 +82,33 @@ pub(super) fn over(mut items: Vec<Bounds>, effort: Effort, pieces: Pieces) -> Bi
     }
 }
 
+/// The tree over this many primitives in their order, cut at powers of two.
+pub(super) fn even(count: usize) -> BinaryTree {
+    fn cut(first: usize, count: usize, nodes: &mut Vec<BinaryNode>) {
+        let index = nodes.len();
+        nodes.push(BinaryNode {
+            first: first as u32,
+            count: count as u32,
+            area: count as f32,
+            right: 0,
+        });
+        if count > CLUSTER {
+            let left = 1 << (count - 1).ilog2();
+            cut(first, left, nodes);
+            nodes[index].right = (nodes.len() - index) as u32;
+            cut(first + left, count - left, nodes);
+        }
+    }
+    let mut nodes = Vec::new();
+    if count > 0 {
+        cut(0, count, &mut nodes);
+    }
+    BinaryTree {
+        nodes,
+        order: Vec::new(),
+    }
+}
+
 /// Splits `items`, which begin at `first` in tree order, and appends their nodes.
 fn split(
     effort: Effort,

@@ -25,8 +25,8 @@ const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 const THICKER: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 impl Tree {
-    /// A box around the (thickened) mesh at a pose, along the axes into which the pose maps; empty if the mesh
-    /// is. Takes constant time.
+    /// A box around the (thickened) mesh at a pose, along the axes into which the pose maps; empty
+    /// if the mesh is. Takes constant time.
     ///
     /// It surrounds the rotated boxes of the root's children. They fit more closely than the
     /// rotated box of the root.

@@ -1,10 +1,10 @@
 //! Trees of point clouds. The leaves are blocks of eight points that are near each other, and are
 //! not stored: a query makes the leaf of a block when it opens it.
 //!
-//! Points are sorted along a Hilbert curve and cut into blocks; a binary SAH tree over the blocks is
-//! collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number of
-//! stored nodes on are those of the blocks. A point is a triangle without extent, so every question
-//! that can be asked about a mesh has the same proofs for a cloud.
+//! Points are sorted along a Hilbert curve and cut into blocks; a binary SAH tree over the blocks
+//! is collapsed as for a mesh. Its nodes have the axes of the cloud. Node numbers from the number
+//! of stored nodes on are those of the blocks. A point is a triangle without extent, so every
+//! question that can be asked about a mesh has the same proofs for a cloud.
 
 use super::alpha::log_alpha;
 use super::collapse::Plan;
@@ -27,7 +27,7 @@ use core::ops::Range;
 use glam::{DVec3, Vec3};
 use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes, per_lane};
 
-/// Where the points of each block are in tree order: eight for each block, but fewer for one.
+/// The ranges of the blocks' points in tree order: eight points in each block, but fewer in one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Blocks {
     /// The block that is not full.
@@ -38,7 +38,7 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// The blocks of this many points, of which this one is not full.
+    /// The blocks of this many points, of which `partial` is not full.
     pub fn new(points: usize, partial: u32) -> Self {
         let count = points.div_ceil(WIDTH);
         Self {
@@ -63,6 +63,19 @@ impl Blocks {
 
     pub fn range(self, block: u32) -> Range<u32> {
         self.start(block)..self.start(block + 1)
+    }
+
+    /// Turns nodes over blocks into nodes over their points.
+    pub fn put_below(self, nodes: &mut [Node]) {
+        let count = nodes.len() as u32;
+        for node in nodes {
+            let (first, end) = (node.first_triangle, node.first_triangle + node.triangles);
+            node.first_triangle = self.start(first);
+            node.triangles = self.start(end).min(self.points) - node.first_triangle;
+            if node.is_leaf {
+                (node.is_leaf, node.first_child) = (false, count + first);
+            }
+        }
     }
 
     /// The block of a point (tree order).
@@ -105,6 +118,14 @@ impl Unit {
         let [x, y, z] = exact.as_vec3().to_array();
         let [u, v, w] = (exact - exact.as_vec3().as_dvec3()).as_vec3().to_array();
         Triangle([[x, y, z, 0.0], [0.0; 4], [0.0, u, v, w]])
+    }
+
+    /// The box around points. Its ends are those of their ends, because the map is monotone.
+    #[inline(always)]
+    pub(super) fn extent(&self, points: impl Iterator<Item = [f32; 3]>) -> Extent {
+        let mut ends = Extent::EMPTY;
+        points.for_each(|point| ends.add(point.into()));
+        ends.map(|end| self.point(end.as_dvec3()).as_vec3a())
     }
 }
 
@@ -191,15 +212,7 @@ impl Tree {
         ids: Box<[u32]>,
         boxes: Option<Vec<Extent>>,
     ) -> Self {
-        let count = nodes.len() as u32;
-        for node in &mut nodes {
-            let (first, end) = (node.first_triangle, node.first_triangle + node.triangles);
-            node.first_triangle = blocks.start(first);
-            node.triangles = blocks.start(end).min(blocks.points) - node.first_triangle;
-            if node.is_leaf {
-                (node.is_leaf, node.first_child) = (false, count + first);
-            }
-        }
+        blocks.put_below(&mut nodes);
         let profiles = Profiles::room(&mut nodes);
         let (unit, identity) = (Unit::of(&mesh), next_identity());
         let mut tree = Self {
@@ -219,7 +232,7 @@ impl Tree {
             identity,
             lineage: identity,
         };
-        Instructions::detect().run(Fit(&mut tree, boxes.as_deref()));
+        tree.fit_cloud(boxes.as_deref());
         tree.built_cost = tree.profiles.cost;
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
@@ -247,9 +260,19 @@ impl Tree {
         (block as usize, point - self.blocks.start(block))
     }
 
-    /// Computes all boxes and profiles of a cloud. `O(n)`, and allocates nothing.
-    pub(super) fn fit_cloud(&mut self) {
-        Instructions::detect().run(Fit(self, None));
+    /// Computes all boxes and profiles of a cloud. The boxes of the blocks may be known. `O(n)`,
+    /// and allocates nothing.
+    pub(super) fn fit_cloud(&mut self, boxes: Option<&[Extent]>) {
+        let mut nodes = core::mem::take(&mut self.nodes);
+        let mut profiles = core::mem::take(&mut self.profiles);
+        Instructions::detect().run(Fit {
+            numbers: 0..nodes.len(),
+            nodes: &mut nodes,
+            profiles: &mut profiles,
+            extent: |block| boxes.map_or_else(|| self.extent(block as u32), |boxes| boxes[block]),
+        });
+        profiles.end(&mut nodes);
+        (self.nodes, self.profiles) = (nodes, profiles);
     }
 
     /// [`leaf`](Self::leaf), apart from code for stored nodes.
@@ -337,35 +360,93 @@ const LEVELS: [f32; WIDTH + 1] = [
 
 /// The ids of the points along a Hilbert curve with 2^10 cells an axis; in one cell in input order.
 fn sorted(mesh: &Mesh, unit: &Unit) -> Vec<u32> {
-    const BITS: usize = hilbert::BITS as usize;
-    const CELLS: usize = 1 << BITS;
-    let half = CELLS as f64 * 0.5;
-    let (mut keyed, mut counts) = (Vec::with_capacity(mesh.len()), [[0u32; CELLS]; 3]);
+    let half = f64::from(CELLS) * 0.5;
+    let mut sort = Sort::default();
+    sort.keyed.reserve_exact(mesh.len());
     for id in 0..mesh.len() {
         let cell = unit.point(mesh.vertex(id)) * half + half;
-        let [x, y, z] = cell
-            .to_array()
-            .map(|x| spread((x as u32).min(CELLS as u32 - 1)));
-        let code = hilbert::place(x | y << 1 | z << 2);
-        for (pass, counts) in counts.iter_mut().enumerate() {
-            counts[(code >> (BITS * pass)) as usize % CELLS] += 1;
-        }
-        keyed.push((code, id as u32));
+        sort.push(cell.to_array().map(|x| (x as u32).min(CELLS - 1)));
     }
-    let mut other = alloc::vec![(0, 0); keyed.len()];
-    for (pass, counts) in counts.iter_mut().enumerate() {
-        let mut next = 0;
-        for count in &mut *counts {
-            next += core::mem::replace(count, next);
+    while !sort.advance(mesh.len()) {}
+    sort.keyed.iter().map(|&(_, id)| id).collect()
+}
+
+/// Number of cells along an axis.
+pub(super) const CELLS: u32 = 1 << hilbert::BITS;
+
+/// Sorts points by the places of their cells along a Hilbert curve; in one cell in their order. A
+/// radix sort that may stop anywhere.
+#[derive(Clone, Debug)]
+pub(super) struct Sort {
+    /// Places and ids.
+    pub keyed: Vec<(u32, u32)>,
+    other: Vec<(u32, u32)>,
+    /// For each pass and digit: the number of its points, then the place of its next point.
+    counts: [[u32; CELLS as usize]; 3],
+    pass: usize,
+    /// The next point of the pass.
+    at: usize,
+}
+
+impl Default for Sort {
+    fn default() -> Self {
+        Self {
+            keyed: Vec::new(),
+            other: Vec::new(),
+            counts: [[0; CELLS as usize]; 3],
+            pass: 0,
+            at: 0,
         }
-        for &(code, id) in &keyed {
-            let place = &mut counts[(code >> (BITS * pass)) as usize % CELLS];
-            other[*place as usize] = (code, id);
-            *place += 1;
-        }
-        core::mem::swap(&mut keyed, &mut other);
     }
-    keyed.iter().map(|&(_, id)| id).collect()
+}
+
+impl Sort {
+    pub fn clear(&mut self) {
+        self.keyed.clear();
+        self.counts = [[0; CELLS as usize]; 3];
+        (self.pass, self.at) = (0, 0);
+    }
+
+    /// Appends the point in a cell.
+    #[inline(always)]
+    pub fn push(&mut self, cell: [u32; 3]) {
+        let [x, y, z] = cell.map(spread);
+        let place = hilbert::place(x | y << 1 | z << 2);
+        for (pass, counts) in self.counts.iter_mut().enumerate() {
+            counts[digit(place, pass)] += 1;
+        }
+        self.keyed.push((place, self.keyed.len() as u32));
+    }
+
+    /// Moves up to `most` points; true if they are sorted.
+    pub fn advance(&mut self, most: usize) -> bool {
+        let Some(counts) = self.counts.get_mut(self.pass) else {
+            return true;
+        };
+        if self.at == 0 {
+            self.other.resize(self.keyed.len(), (0, 0));
+            let mut next = 0;
+            for count in &mut *counts {
+                next += core::mem::replace(count, next);
+            }
+        }
+        let end = self.keyed.len().min(self.at.saturating_add(most));
+        for &(place, id) in &self.keyed[self.at..end] {
+            let to = &mut counts[digit(place, self.pass)];
+            self.other[*to as usize] = (place, id);
+            *to += 1;
+        }
+        self.at = end;
+        if end == self.keyed.len() {
+            core::mem::swap(&mut self.keyed, &mut self.other);
+            (self.pass, self.at) = (self.pass + 1, 0);
+        }
+        false
+    }
+}
+
+fn digit(place: u32, pass: usize) -> usize {
+    (place >> (hilbert::BITS as usize * pass)) as usize % CELLS as usize
 }
 
 /// Moves bit `i` of ten to bit `3 i`.
@@ -399,22 +480,25 @@ impl Kernel for Make<'_> {
     }
 }
 
-/// Computes all boxes and profiles of a cloud, bottom-up as [`super::update`]. The boxes of the
-/// blocks may be known.
-struct Fit<'t>(&'t mut Tree, Option<&'t [Extent]>);
+/// Computes boxes and profiles of some nodes of a cloud, bottom-up as [`super::update`]: of
+/// `numbers`, once those behind them are done. `extent` gives the box of a block.
+pub(super) struct Fit<'n, E> {
+    pub nodes: &'n mut [Node],
+    pub profiles: &'n mut Profiles,
+    pub numbers: Range<usize>,
+    pub extent: E,
+}
 
-impl Kernel for Fit<'_> {
+impl<E: Fn(usize) -> Extent> Kernel for Fit<'_, E> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self(tree, boxes) = self;
-        let (mut nodes, mut profiles) = (
-            core::mem::take(&mut tree.nodes),
-            core::mem::take(&mut tree.profiles),
-        );
-        let (cloud, count) = (&*tree, nodes.len());
-        for number in (0..count).rev() {
+        let Self {
+            nodes, profiles, ..
+        } = self;
+        let count = nodes.len();
+        for number in self.numbers.rev() {
             let Some((node, later)) = nodes[number..].split_first_mut() else {
                 continue;
             };
@@ -429,8 +513,7 @@ impl Kernel for Fit<'_> {
                     set_own(child, &ends);
                     ends
                 } else {
-                    let block = child - count;
-                    boxes.map_or_else(|| cloud.extent(block as u32), |boxes| boxes[block])
+                    (self.extent)(child - count)
                 };
                 let (center, half) = (extent.center(), extent.half());
                 for k in 0..3 {
@@ -452,8 +535,6 @@ impl Kernel for Fit<'_> {
             };
             keep(node, &own, area);
         }
-        profiles.end(&mut nodes);
-        (tree.nodes, tree.profiles) = (nodes, profiles);
     }
 }
 
@@ -473,9 +554,14 @@ impl Tree {
 /// The box around some points.
 #[inline(always)]
 fn extent(mesh: &Mesh, unit: &Unit, ids: &[u32]) -> Extent {
-    let mut extent = Extent::EMPTY;
-    for &id in ids {
-        extent.add(unit.point(mesh.vertex(id as usize)).as_vec3a());
+    match mesh.vertices() {
+        Vertices::F32(points) => unit.extent(ids.iter().map(|&id| points[id as usize])),
+        Vertices::F64(points) => {
+            let ends = ids.iter().map(|&id| unit.point(points[id as usize].into()));
+            ends.fold(Extent::EMPTY, |mut extent, point| {
+                extent.add(point.as_vec3a());
+                extent
+            })
+        }
     }
-    extent
 }

@@ -47,7 +47,7 @@ fn determinant([u, v, w]: [DVec3; 3]) -> Bounded {
     [u.cross(v).dot(w), 8.0 * ROUNDING * (p * q + q * r + r * p)]
 }
 
-/// What is known of a component on the way.
+/// The state of a component while its triangles are checked.
 #[derive(Clone)]
 struct Candidate {
     is_convex: bool,

@@ -54,6 +54,15 @@ impl Extent {
         (self.min, self.max) = (self.min.min(point), self.max.max(point));
     }
 
+    /// The box between the images of both ends.
+    #[inline(always)]
+    pub fn map(self, of: impl Fn(Vec3A) -> Vec3A) -> Self {
+        Self {
+            min: of(self.min),
+            max: of(self.max),
+        }
+    }
+
     #[inline(always)]
     pub fn center(&self) -> Vec3A {
         (self.min + self.max) * 0.5

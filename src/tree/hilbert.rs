@@ -1,8 +1,8 @@
 //! Places along a Hilbert curve: points that follow each other are near each other, without the
 //! jumps of a Morton curve.
 //!
-//! A curve through the eight parts of a cell is a Gray code, rotated and mirrored by the part of the
-//! cell above that it fills (Hamilton, "Compact Hilbert indices", 2006).
+//! A curve through the eight parts of a cell is a Gray code, rotated and mirrored by the part of
+//! the cell above that it fills (Hamilton, "Compact Hilbert indices", 2006).
 
 /// Number of bits of a coordinate.
 pub(super) const BITS: u32 = 10;

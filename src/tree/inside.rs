@@ -24,7 +24,7 @@ pub(crate) struct Probe {
     local_ray: LocalRay,
 }
 
-/// What the ray crosses, and whether a triangle holds its origin.
+/// The crossings of a ray, and whether a triangle holds its origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
     /// Hits of backs minus hits of fronts. Triangles that hold the origin do not count. So for a
@@ -142,7 +142,8 @@ impl Probe {
         }
     }
 
-    /// Also for surfaces whose corners are off by `reach`, in the length unit of the mesh.
+    /// The probe for surfaces whose corners are off by up to `reach`, in the length unit of the
+    /// mesh.
     pub fn widened(self, tree: &Tree, reach: f64) -> Self {
         let local_ray = if self.is_outside {
             self.local_ray

@@ -69,8 +69,8 @@ impl LocalRay {
         local_ray
     }
 
-    /// Makes this the local ray of another ray, for boxes thickened by a radius. In place, because returning one of two cases takes
-    /// thirty more instructions.
+    /// Makes this the local ray of another ray, for boxes thickened by a radius. In place, because
+    /// returning one of two cases takes thirty more instructions.
     #[inline(always)]
     pub fn follow(&mut self, unit: &Unit, ray: &Ray, radius: f64) {
         let radius = radius * unit.scale();
@@ -141,7 +141,7 @@ impl LocalRay {
         self
     }
 
-    /// For what is out of the range of `f32`: enters every box at once, and every triangle is in
+    /// For rays out of the range of `f32`: enters every box at once, and every triangle is in
     /// doubt.
     pub const BLIND: Self = Self {
         unit_ray: UnitRay {

@@ -1,4 +1,5 @@
-//! Mass properties of closed solids: integrals over the tetrahedra between a point and the triangles.
+//! Mass properties of closed solids: integrals over the tetrahedra between a point and the
+//! triangles.
 
 use super::Tree;
 use super::solid::SolidError;
@@ -14,8 +15,8 @@ pub struct MassProperties {
     pub volume: f64,
     /// Centre of mass, in the coordinates of the mesh.
     pub center: DVec3,
-    /// Inertia tensor about the centre of mass, for the axes of the mesh: `∫ |x|² I − x xᵀ` over the
-    /// solid. Times mass over volume it is that of a solid of this mass.
+    /// Inertia tensor about the centre of mass, for the axes of the mesh: `∫ |x|² I − x xᵀ` over
+    /// the solid. Times mass over volume it is that of a solid of this mass.
     pub inertia: DMat3,
 }
 

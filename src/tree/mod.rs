@@ -8,8 +8,8 @@
 // - one pass bottom-up (`update`) that gives every subtree its exact boxes (`fit`), its alpha
 //   per axis and its profile level by level (`profile`). When vertices move, this pass is
 //   repeated (`refit`).
-// The tree of a point cloud is built over blocks of points (`cloud`). Shapes with a formula are made
-// of meshes (`shapes`, `hull`).
+// The tree of a point cloud is built over blocks of points (`cloud`). Shapes with a formula are
+// made of meshes (`shapes`, `hull`).
 //
 // The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
 // may be the farthest along a direction (`extremes`) and the components and open edges of a solid
@@ -50,6 +50,7 @@ mod unit;
 mod update;
 mod validate;
 mod wide;
+mod window;
 
 pub(crate) use cloud::{Leaf, Points, node};
 pub use convex::Convex;
@@ -62,6 +63,7 @@ pub use solid::{Component, Solid, SolidError, Solidity};
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
+pub use window::PointWindow;
 
 use crate::engine::options::OptionError;
 use crate::mesh::Mesh;

@@ -77,7 +77,7 @@ impl Unit {
     }
 }
 
-/// Makes something of each triangle of a mesh with the vertex indices `corners`, two at a time.
+/// Maps each triangle of a mesh with the vertex indices `corners`, two at a time.
 struct Convert<'m, M: Make> {
     unit: Unit,
     mesh: &'m Mesh,
@@ -88,7 +88,7 @@ struct Convert<'m, M: Make> {
 
 trait Make {
     type Made;
-    /// Makes something of two triangles in unit coordinates. The first has the number `at`.
+    /// Maps two triangles in unit coordinates. The first has the number `at`.
     fn two<L: Lanes>(&self, lanes: L, corners: [D8<L>; 3], at: usize) -> [Self::Made; 2];
 }
 

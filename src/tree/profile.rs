@@ -121,8 +121,8 @@ impl Levels<'_> {
         area
     }
 
-    /// Measures a node of a cloud whose children are blocks. Returns the sum of the surface areas of
-    /// their boxes.
+    /// Measures a node of a cloud whose children are blocks. Returns the sum of the surface areas
+    /// of their boxes.
     #[inline(always)]
     pub fn measure_blocks<L: Lanes>(
         &mut self,

@@ -58,9 +58,9 @@ impl Tree {
     /// is the expected number of boxes that a random query visits. The factor is 1 after a build,
     /// and stays 1 after uniform scalings and after rigid motions along the axes. `O(1)`.
     ///
-    /// A query takes about its square root as long as in a new tree: up to 1.4 times at 1.5, up to
-    /// 2.6 times at 5 (`docs/performance.md`). A build takes as long as seven to ten refits, so it
-    /// pays where many queries follow.
+    /// A query takes longer than in a new tree by about the square root of this factor: up to 1.4
+    /// times at 1.5, up to 2.6 times at 5 (`docs/performance.md`). A build takes as long as seven
+    /// to ten refits, so it pays where many queries follow.
     pub fn degradation(&self) -> f32 {
         if self.built_cost > 0.0 {
             self.profiles.cost / self.built_cost
@@ -72,7 +72,7 @@ impl Tree {
     pub(super) fn follow_mesh(&mut self) {
         self.unit = Unit::of(&self.mesh);
         if self.is_cloud() {
-            self.fit_cloud();
+            self.fit_cloud(None);
         } else {
             self.unit
                 .place(&self.mesh, &self.corners, &mut self.triangles);

@@ -1,5 +1,5 @@
-//! A tree of a scaled or mirrored mesh from the tree of the mesh: the orientations are mapped, and a
-//! refit does the rest.
+//! A tree of a scaled or mirrored mesh from the tree of the mesh: the orientations are mapped, and
+//! a refit does the rest.
 
 use super::extremes::Extremes;
 use super::orientation::{MESH_ORIENTATION, Orientation};
@@ -16,10 +16,10 @@ impl Tree {
     /// The tree of [`Mesh::scaled_by`](crate::Mesh::scaled_by): an instance of a mesh with another
     /// factor along each axis, mirrored if one or three of them are negative.
     ///
-    /// Answers are exact for the scaled mesh, as those of a tree built of it. It takes about a fifth
-    /// of a build's time. Queries take 1.1 times as long as in a new tree, or up to 1.5 times after a
-    /// tenfold stretch along one axis (`docs/performance.md`). Extremes and the components of a solid
-    /// are computed anew, at their share of a build.
+    /// Answers are exact for the scaled mesh, as those of a tree built of it. It takes about a
+    /// fifth of a build's time. Queries take 1.1 times as long as in a new tree, or up to 1.5 times
+    /// after a tenfold stretch along one axis (`docs/performance.md`). Extremes and the components
+    /// of a solid are computed anew, at their share of a build.
     ///
     /// ```
     /// use punctual::{Tree, shapes};
@@ -82,7 +82,7 @@ fn mapped(nodes: &[Node], factors: DVec3) -> Box<[Node]> {
     for node in nodes {
         let mut node = *node;
         if node.orientation >= MESH_ORIENTATION {
-            // The node that chose the orientation; the root for that of the whole mesh.
+            // The node that chose this orientation; the root chose that of the whole mesh.
             let chooser = (node.orientation - MESH_ORIENTATION).saturating_sub(1) as usize;
             match mapped.get(chooser) {
                 Some(chooser) => node.rows = chooser.rows,

@@ -30,7 +30,7 @@ pub enum ShapeError {
     Length {
         /// The argument, with the index if it has several lengths.
         argument: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
         /// The least value allowed.
         least: f64,
@@ -82,8 +82,8 @@ impl From<MeshError> for ShapeError {
     }
 }
 
-/// Shapes. All but the height field are solids. Lengths are 1e-150 to 1e150, and where it is said
-/// 0, in the unit of the coordinates; other lengths are [`ShapeError::Length`].
+/// Shapes. All but the height field are solids. Lengths are 1e-150 to 1e150 in the unit of the
+/// coordinates, and 0 where a function says so; other lengths are [`ShapeError::Length`].
 impl Tree {
     /// A ball around the origin: a point with a [radius](Self::with_radius).
     ///
@@ -283,7 +283,7 @@ fn turned(radius: f64, length: f64, is_cone: bool) -> Result<Tree, ShapeError> {
     let (outer, half) = (radius / libm::cos(PI / f64::from(SIDES)), length / 2.0);
     let outer = outer * (1.0 + SLACK);
     let (low, high) = (0, SIDES + 1);
-    // Of each end the middle, then its corners; the upper end of a cone has none.
+    // For each end its middle, then its corners; the upper end of a cone has none.
     let ring = |z: f64| {
         let corner = move |i: u32| {
             let (sin, cos) = libm::sincos(TAU * f64::from(i) / f64::from(SIDES));

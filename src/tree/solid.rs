@@ -49,7 +49,7 @@ pub struct Solidity {
     rim: Box<[u32]>,
     /// The edges that are used once more in this direction than in the other: indices of the rim.
     open: Box<[[u32; 2]]>,
-    /// What is known of each component that is convex.
+    /// The convex components, by index; `None` for others.
     convex: Box<[Option<Convex>]>,
 }
 
@@ -111,7 +111,7 @@ pub enum SolidError {
     },
     /// The volume is 0, within rounding, or too large or small for `f64`.
     NoVolume {
-        /// What was computed.
+        /// The computed volume.
         volume: f64,
     },
 }
@@ -193,7 +193,7 @@ impl Solidity {
         of(&self.component_of, triangle as usize) as u32
     }
 
-    /// What is known of each component that is convex.
+    /// The convex components, by index; `None` for others.
     pub fn convex(&self) -> &[Option<Convex>] {
         &self.convex
     }
@@ -283,8 +283,8 @@ impl Tree {
         Ok(self)
     }
 
-    /// Computes the closedness that `solid` asks for, and reverses what is inside out if it says
-    /// so.
+    /// Computes the closedness that `solid` asks for, and reverses components that are inside out
+    /// if it asks for that.
     pub(super) fn make_solid(&mut self, solid: Solid) {
         if solid == Solid::No {
             return;

@@ -11,6 +11,7 @@ mod exact_distance;
 mod depth;
 mod files;
 mod near;
+mod window;
 
 use common::check::{assert_certificate, assert_complete, assert_sound, sorted};
 use common::random::Random;

@@ -1,5 +1,5 @@
-//! Each promise of [`punctual::ContactQuery`]: the whole set of contacts in the end, true contacts and a true bound wherever it
-//! stops, the same set however it is cut.
+//! Each promise of [`punctual::Query::contacts`]: a finished query has all contacts; wherever it
+//! stops, its contacts are true and its bound holds; budgets that cut it do not change the set.
 
 #[path = "../common/mod.rs"]
 mod common;

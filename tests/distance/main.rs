@@ -1,7 +1,8 @@
-//! Each promise of [`punctual::DistanceQuery`]: proven bounds wherever it stops, the exact distance in the end, the same bits
-//! however it is cut.
+//! Each promise of [`punctual::Query::distance`]: a finished query has the exact distance; wherever
+//! it stops, its bounds are proven; budgets that cut it do not change a bit.
 //!
-//! `PUNCTUAL_ALL_STOPS=1` stops at every unit of work, `PUNCTUAL_ALL_CASES=1` takes all poses beside the repository.
+//! `PUNCTUAL_ALL_STOPS=1` stops at every unit of work, `PUNCTUAL_ALL_CASES=1` takes all poses beside
+//! the repository.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,5 +1,5 @@
-//! Each promise of [`punctual::MotionQuery`]: no contact before `free_until` wherever it stops, a proven contact at
-//! `touching_at`, none missed, the same bits however it is cut.
+//! Each promise of [`punctual::Query::impact`]: wherever it stops, there is no contact before `lower`,
+//! and a proven one at `upper`; none is missed; budgets that cut it do not change a bit.
 
 #[path = "../common/mod.rs"]
 mod common;

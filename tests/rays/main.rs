@@ -1,5 +1,5 @@
-//! Each promise of [`punctual::RayQuery`]: what is hit is what rational numbers say, no ray passes between triangles,
-//! nothing false wherever it stops, the same bits however it is cut.
+//! Each promise of [`punctual::Query::ray`]: its hits are those of rational arithmetic; no ray passes
+//! between triangles; nothing is false wherever it stops; budgets that cut it do not change a bit.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -2,12 +2,10 @@
 
 use crate::handle::get;
 use crate::pose::punctual_pose;
-use crate::sized::grows;
 use crate::status::{Fault, value_of};
 use crate::tree::punctual_tree;
-use crate::verbs::inits;
+use crate::verbs::{inits, types};
 use ::punctual_scene::{Body, BodyId, BodyKind, Filter};
-use punctual::Pose;
 use std::sync::Arc;
 
 /// Names a body of one scene for as long as it is in it. The id of a removed body is never valid
@@ -52,51 +50,46 @@ impl From<punctual_body_id> for BodyId {
     }
 }
 
-/// Whether a body can meet others of its kind.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_body_kind {
-    /// Meets moving and fixed bodies.
-    Moving = 0,
-    /// Part of the surroundings: two fixed bodies are not compared, unless their distance is asked
-    /// for. It may be given new poses all the same: a kinematic body, which moves as the program
-    /// says and which nothing pushes, is a fixed one with a new pose in each frame, or a motion
-    /// (`punctual_scene_set_motion`) so that nothing slips through it.
-    Fixed = 1,
-}
+types! {
+    /// Whether a body can meet others of its kind.
+    enum punctual_body_kind from BodyKind {
+        /// Meets moving and fixed bodies.
+        Moving = 0,
+        /// Part of the surroundings: two fixed bodies are not compared, unless their distance is
+        /// asked for. It may be given new poses all the same: a kinematic body, which moves as the
+        /// program says and which nothing pushes, is a fixed one with a new pose in each frame, or
+        /// a motion (`punctual_scene_set_motion`) so that nothing slips through it.
+        Fixed = 1,
+    }
 
-/// A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of
-/// bodies may have the same.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_body<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// Its tree.
-    pub tree: Option<&'t punctual_tree>,
-    /// Maps coordinates of the mesh to those of the scene.
-    pub pose: punctual_pose,
-    /// A `punctual_body_kind`; moving by default.
-    pub kind: u32,
-    /// The groups it belongs to, a bit each; all by default.
-    pub groups: u32,
-    /// The groups it meets, if they meet its own; all by default.
-    pub mask: u32,
-    /// How much its pairs matter when the budget does not reach all; 0 by default. A pair counts as
-    /// the more important of its two bodies, and goes before all that are less important.
-    pub importance: f32,
-    /// By how much its surface is thickened, 0 by default: pairs meet when they come within the sum
-    /// of their margins.
-    pub margin: f64,
-    /// Whether it is a sensor, false by default: what meets it or is inside it is told, but its
-    /// pairs have no contact points, unless those of a pair are asked for
-    /// (`punctual_scene_find_contacts_of`).
-    pub is_sensor: bool,
-    /// Any value of yours, 0 by default; the scene ignores it.
-    pub data: u64,
+    /// A tree at a pose. Made by `punctual_body_new`; the scene shares the tree, so any number of
+    /// bodies may have the same.
+    asked punctual_body<'t>(pose) {
+        /// Its tree.
+        tree: Option<&'t punctual_tree> = None,
+        /// Maps coordinates of the mesh to those of the scene.
+        pose: punctual_pose = punctual_pose::IDENTITY,
+        /// A `punctual_body_kind`; moving by default.
+        kind: u32 = punctual_body_kind::Moving as u32,
+        /// The groups it belongs to, a bit each; all by default.
+        groups: u32 = Filter::default().groups,
+        /// The groups it meets, if they meet its own; all by default.
+        mask: u32 = Filter::default().mask,
+        /// How much its pairs matter when the budget does not reach all; 0 by default. A pair
+        /// counts as the more important of its two bodies, and goes before all that are less
+        /// important.
+        importance: f32 = 0.0,
+        /// By how much its surface is thickened, 0 by default: pairs meet when they come within the
+        /// sum of their margins.
+        margin: f64 = 0.0,
+        /// Whether it is a sensor, false by default: what meets it or is inside it is told, but its
+        /// pairs have no contact points, unless those of a pair are asked for
+        /// (`punctual_scene_find_contacts_of`).
+        is_sensor: bool = false,
+        /// Any value of yours, 0 by default; the scene ignores it.
+        data: u64 = 0,
+    }
 }
-
-grows!(punctual_body<'_>: size, pose..data);
 
 impl punctual_body<'_> {
     pub(crate) fn check(self) -> Result<Body, Fault> {
@@ -138,25 +131,6 @@ impl From<&Body> for punctual_body<'_> {
             margin: body.margin,
             is_sensor: body.is_sensor,
             data: body.data,
-        }
-    }
-}
-
-impl Default for punctual_body<'_> {
-    fn default() -> Self {
-        let Filter { groups, mask, .. } = Filter::default();
-        let (pose, kind) = ((&Pose::IDENTITY).into(), punctual_body_kind::Moving as u32);
-        Self {
-            size: Self::SIZE,
-            tree: None,
-            pose,
-            kind,
-            groups,
-            mask,
-            importance: 0.0,
-            margin: 0.0,
-            is_sensor: false,
-            data: 0,
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Budgets, and the clock that those of time are measured by.
 
 use crate::status::{Fault, given, value_of};
+use crate::verbs::types;
 use core::ffi::c_void;
 use core::time::Duration;
-use punctual::clock::SystemClock;
+use punctual::clock::ClockedBudget;
 use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
 use punctual::{Budget, Clock};
 
@@ -18,34 +19,32 @@ pub const PUNCTUAL_MAX_DISTANCE_STEP_WORK: u64 = 1040;
 const _: () = assert!(PUNCTUAL_MAX_STEP_WORK == MAX_STEP_WORK);
 const _: () = assert!(PUNCTUAL_MAX_DISTANCE_STEP_WORK == MAX_DISTANCE_STEP_WORK);
 
-/// What `limit` of a budget limits.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_budget_kind {
-    /// Nothing.
-    Unlimited = 0,
-    /// Time from the start of the call, in nanoseconds.
-    Time = 1,
-    /// Units of work: where it stops depends on the input alone.
-    Work = 2,
+types! {
+    /// What `limit` of a budget limits.
+    enum punctual_budget_kind {
+        /// Nothing.
+        Unlimited = 0,
+        /// Time from the start of the call, in nanoseconds.
+        Time = 1,
+        /// Units of work: where it stops depends on the input alone.
+        Work = 2,
+    }
+
+    /// What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and
+    /// `punctual_budget_work`.
+    plain punctual_budget {
+        /// Nanoseconds or units of work.
+        limit: u64,
+        /// A `punctual_budget_kind`.
+        kind: u32,
+        /// Least work between looks at the clock, which bounds how late a time budget can end;
+        /// PUNCTUAL_MAX_STEP_WORK by default. A frame of a scene goes by the default.
+        poll_interval: u64,
+    }
 }
 
-/// What one call may spend. Made by `punctual_budget_unlimited`, `punctual_budget_time` and
-/// `punctual_budget_work`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_budget {
-    /// Nanoseconds or units of work.
-    pub limit: u64,
-    /// A `punctual_budget_kind`.
-    pub kind: u32,
-    /// Least work between looks at the clock, which bounds how late a time budget can end;
-    /// PUNCTUAL_MAX_STEP_WORK by default. A frame of a scene goes by the default.
-    pub poll_interval: u64,
-}
-
-/// A clock of the caller's. It is asked during the call that it is passed to, on the same thread.
-/// It must not unwind (throw), and not use what that call is using.
+/// A clock of the caller's. It is asked during the call that it is passed to, on the same
+/// thread. It must not unwind (throw), and not use what that call is using.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct punctual_clock {
@@ -86,49 +85,42 @@ pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {
     }
 }
 
-/// The caller's clock or the system's.
-pub(crate) enum AnyClock {
-    System(SystemClock),
-    Caller {
-        now: unsafe extern "C" fn(context: *mut c_void) -> u64,
-        context: *mut c_void,
-    },
+/// A clock of the caller's.
+struct Theirs {
+    now: unsafe extern "C" fn(context: *mut c_void) -> u64,
+    context: *mut c_void,
 }
 
-impl AnyClock {
-    /// # Safety
-    /// Until this is dropped, the function of the clock may be called with its context on this
-    /// thread.
-    pub unsafe fn new(clock: Option<&punctual_clock>) -> Result<Self, Fault> {
-        Ok(match clock {
-            None => Self::System(SystemClock::default()),
-            Some(clock) => Self::Caller {
-                now: given(clock.now, "clock->now")?,
-                context: clock.context,
-            },
-        })
-    }
-}
-
-impl Clock for AnyClock {
+impl Clock for Theirs {
     fn now(&self) -> Duration {
-        match self {
-            Self::System(clock) => clock.now(),
-            // SAFETY: the promise made to `new`; the context is a raw pointer, so that this is on
-            // the same thread.
-            Self::Caller { now, context } => Duration::from_nanos(unsafe { now(*context) }),
-        }
+        // SAFETY: the promise made to `spend`; the context is a raw pointer, so that this is on
+        // the same thread.
+        Duration::from_nanos(unsafe { (self.now)(self.context) })
     }
 }
 
 impl punctual_budget {
-    pub(crate) fn check(self) -> Result<Budget, Fault> {
+    /// Spends the budget by the caller's clock, or without one by the system's.
+    ///
+    /// # Safety
+    /// Until it returns, the function of the clock may be called with its context on this thread.
+    pub(crate) unsafe fn spend<R>(
+        self,
+        clock: Option<&punctual_clock>,
+        spend: impl FnOnce(ClockedBudget<'_>) -> Result<R, Fault>,
+    ) -> Result<R, Fault> {
+        let budget = self.check()?;
+        let Some(clock) = clock else {
+            return spend(budget.into());
+        };
+        let (now, context) = (given(clock.now, "clock->now")?, clock.context);
+        spend(budget.clock(&Theirs { now, context }))
+    }
+
+    fn check(self) -> Result<Budget, Fault> {
         let time = Budget::time(Duration::from_nanos(self.limit));
-        let budget = value_of(
-            self.kind,
-            "budget.kind",
-            &[Budget::unlimited(), time, Budget::work(self.limit)],
-        )?;
+        let all = [Budget::unlimited(), time, Budget::work(self.limit)];
+        let budget = value_of(self.kind, "budget.kind", &all)?;
         Ok(budget.poll_interval(self.poll_interval))
     }
 }

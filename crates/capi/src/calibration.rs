@@ -1,40 +1,28 @@
 //! Probabilities that are corrected by what came true.
 
-use crate::handle::{get, set};
+use crate::handle::{change, get};
 use crate::scene::punctual_scene;
-use crate::sized::{grows, place, read};
+use crate::sized::{place, read};
 use crate::status::{Fault, given};
-use crate::verbs::{calls, inits};
+use crate::verbs::{calls, inits, types};
 use core::mem::MaybeUninit;
 use punctual::prediction::Calibration;
 
-/// A correction of the probabilities that estimates tell, learned on the caller's own work: one for
-/// each pair of parts whose queries are stopped, or for a scene, which learns by itself. Plain
-/// data: to go on with it another day, store its numbers.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_calibration {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// What is added to the logit of a probability, -8 to 8; 0 at first.
-    pub offset: f64,
-    /// What the logit is multiplied with before, 1/8 to 8; 1 at first.
-    pub slope: f64,
-    /// What both go by: sums over the moments learned.
-    pub evidence: [f64; 3],
-}
-
-grows!(punctual_calibration: size, evidence..evidence);
-
-impl From<Calibration> for punctual_calibration {
-    fn from(calibration: Calibration) -> Self {
-        let [offset, slope, evidence @ ..] = calibration.to_array();
-        Self {
-            size: Self::SIZE,
-            offset,
-            slope,
-            evidence,
-        }
+types! {
+    /// A correction of the probabilities that estimates tell, learned on the caller's own work: one
+    /// for each pair of parts whose queries are stopped, or for a scene, which learns by itself.
+    /// Plain data: to go on with it another day, store its numbers.
+    #[derive(PartialEq)]
+    asked punctual_calibration(evidence) from (learned: Calibration) {
+        /// What is added to the logit of a probability, -8 to 8; 0 at first.
+        offset: f64 = learned.to_array()[0],
+        /// What the logit is multiplied with before, 1/8 to 8; 1 at first.
+        slope: f64 = learned.to_array()[1],
+        /// What both go by: sums over the moments learned.
+        evidence: [f64; 3] = {
+            let [_, _, evidence @ ..] = learned.to_array();
+            evidence
+        },
     }
 }
 
@@ -108,6 +96,9 @@ calls! {
     ) {
         // SAFETY: the contract of the header for structs.
         let calibration = unsafe { read(calibration, "calibration") }?.check()?;
-        set(scene, "scene", |scene| scene.set_calibration(calibration))
+        change(scene, "scene", |scene| {
+            scene.set_calibration(calibration);
+            Ok(())
+        })
     }
 }

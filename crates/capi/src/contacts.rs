@@ -3,98 +3,69 @@
 
 use crate::arrays::find_room;
 use crate::distance::not_negative;
-use crate::handle::{change, set};
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::pose::{punctual_point, punctual_pose};
 use crate::query::trees;
-use crate::sized::{grows, read};
+use crate::sized::read;
 use crate::status::{Fault, given};
 use crate::tree::punctual_tree;
-use crate::verbs::{calls, inits, lists, question};
+use crate::verbs::{calls, inits, lists, question, types};
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
 use punctual::contacts::{Contact, ContactBounds, Contacts};
-use punctual::{Answer, Pose, Query};
+use punctual::{Answer, Query};
 
-/// The question where two surfaces meet or come within a margin of each other. Plain data, made by
-/// `punctual_contact_query_new`, one for each pose; it borrows the trees. To resume a query or to
-/// ask for its certificate, all of it must be what it was.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_contact_query<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// Tree A.
-    pub a: Option<&'t punctual_tree>,
-    /// Tree B; it may be the same.
-    pub b: Option<&'t punctual_tree>,
-    /// Brings coordinates of B into those of A.
-    pub b_in_a: punctual_pose,
-    /// Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by default
-    /// when it is full.
-    pub contact_limit: usize,
-    /// Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default: they
-    /// meet. With infinity all pairs are.
-    pub margin: f64,
-}
+types! {
+    /// The question where two surfaces meet or come within a margin of each other. Plain data, made
+    /// by `punctual_contact_query_new`, one for each pose; it borrows the trees. To resume a query
+    /// or to ask for its certificate, all of it must be what it was.
+    asked punctual_contact_query<'t>(b_in_a) {
+        /// Tree A.
+        a: Option<&'t punctual_tree> = None,
+        /// Tree B; it may be the same.
+        b: Option<&'t punctual_tree> = None,
+        /// Brings coordinates of B into those of A.
+        b_in_a: punctual_pose = punctual_pose::IDENTITY,
+        /// Stop with PAIRS_FULL when this many contacts are in the workspace, at least 1; by
+        /// default when it is full.
+        contact_limit: usize = usize::MAX,
+        /// Pairs of triangles this close are contacts, in the unit of the meshes; 0 by default:
+        /// they meet. With infinity all pairs are.
+        margin: f64 = 0.0,
+    }
 
-grows!(punctual_contact_query<'_>: size, b_in_a..margin);
+    /// The answer of a contact query. The contacts stay in the workspace:
+    /// `punctual_workspace_contacts`.
+    told punctual_contacts(low) from (contacts: Answer<ContactBounds>) {
+        /// Proven: every contact that was not found is at least this far apart. Infinite if the
+        /// query is finished: none is missing.
+        low: f64 = contacts.value.low,
+        /// Contacts found, resumed calls and drained contacts included.
+        found: u64 = contacts.stats.found,
+        /// Why the query returned.
+        stop: punctual_stop_reason = contacts.stop.into(),
+        /// What it has done.
+        stats: punctual_stats = contacts.stats.into(),
+    }
 
-/// The answer of a contact query. The contacts stay in the workspace:
-/// `punctual_workspace_contacts`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_contacts {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Proven: every contact that was not found is at least this far apart. Infinite if the query
-    /// is finished: none is missing.
-    pub low: f64,
-    /// Contacts found, resumed calls and drained contacts included.
-    pub found: u64,
-    /// Why the query returned.
-    pub stop: punctual_stop_reason,
-    /// What it has done.
-    pub stats: punctual_stats,
-}
-
-grows!(punctual_contacts: size, low..stats);
-
-/// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame,
-/// in the unit of the meshes.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_contact {
-    /// The triangles.
-    pub triangles: punctual_triangle_pair,
-    /// Their closest points, of A and of B. Of triangles that meet both are the middle of the
-    /// segment.
-    pub points: [punctual_point; 2],
-    /// Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it is
-    /// the direction of least distance; of triangles that meet, that of the unit normal of B's
-    /// triangle less that of A's, both by the right-hand rule.
-    pub normal: punctual_point,
-    /// How far apart they are, up to some roundings. 0 only if they meet.
-    pub distance: f64,
-    /// Whether they meet; if not, the segment is zeros.
-    pub has_segment: bool,
-    /// Where they meet: its ends; the same twice if that is a point.
-    pub segment: [punctual_point; 2],
-}
-
-grows!(punctual_contact: distance..segment);
-
-impl Default for punctual_contact_query<'_> {
-    fn default() -> Self {
-        let b_in_a = (&Pose::IDENTITY).into();
-        Self {
-            size: Self::SIZE,
-            a: None,
-            b: None,
-            b_in_a,
-            contact_limit: usize::MAX,
-            margin: 0.0,
-        }
+    /// A triangle of A and one of B that meet or are close to one another. All of it is in A's
+    /// frame, in the unit of the meshes.
+    row punctual_contact(distance) from (contact: &Contact) {
+        /// The triangles.
+        triangles: punctual_triangle_pair = contact.triangles.into(),
+        /// Their closest points, of A and of B. Of triangles that meet both are the middle of the
+        /// segment.
+        points: [punctual_point; 2] = contact.points.map(Into::into),
+        /// Unit vector from B to A: moved along it, A parts from B. Of triangles that are apart it
+        /// is the direction of least distance; of triangles that meet, that of the unit normal of
+        /// B's triangle less that of A's, both by the right-hand rule.
+        normal: punctual_point = contact.normal.into(),
+        /// How far apart they are, up to some roundings. 0 only if they meet.
+        distance: f64 = contact.distance,
+        /// Whether they meet; if not, the segment is zeros.
+        has_segment: bool = contact.segment.is_some(),
+        /// Where they meet: its ends; the same twice if that is a point.
+        segment: [punctual_point; 2] = contact.segment.unwrap_or_default().map(Into::into),
     }
 }
 
@@ -133,33 +104,29 @@ question! {
 calls! {
     /// Forgets the contacts, so that a query that stopped with PAIRS_FULL can be resumed. Copy them
     /// first.
-    fn punctual_workspace_drain_contacts(workspace: Option<&mut punctual_workspace>) {
-        set(workspace, "workspace", |workspace| drop(workspace.drain_contacts()))
-    }
+    change punctual_workspace_drain_contacts(workspace: punctual_workspace) =
+        drop(workspace.drain_contacts());
 
     /// Makes room for at least so many contacts, 170 bytes each.
     ///
     /// Fails with OUT_OF_MEMORY if there is not that much.
-    fn punctual_workspace_reserve_contacts(
-        workspace: Option<&mut punctual_workspace>, contacts: usize
-    ) {
-        change(workspace, "workspace", |workspace| {
-            find_room([(contacts, size_of::<Contact>() + 3 * size_of::<u64>())])?;
-            workspace.reserve_contacts(contacts);
-            Ok(())
-        })
-    }
+    change punctual_workspace_reserve_contacts(
+        workspace: punctual_workspace, contacts: usize
+    ) = {
+        find_room([(contacts, size_of::<Contact>() + 3 * size_of::<u64>())])?;
+        workspace.reserve_contacts(contacts)
+    };
 }
 
-/// The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame: which
-/// way the surfaces face.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_face_normals {
-    /// That of the triangle of A; zeros if it has no area.
-    pub a: punctual_point,
-    /// That of the triangle of B; zeros if it has no area.
-    pub b: punctual_point,
+types! {
+    /// The unit normals of a triangle of A and of one of B by the right-hand rule, in A's frame:
+    /// which way the surfaces face.
+    plain punctual_face_normals {
+        /// That of the triangle of A; zeros if it has no area.
+        a: punctual_point,
+        /// That of the triangle of B; zeros if it has no area.
+        b: punctual_point,
+    }
 }
 
 calls! {
@@ -200,31 +167,6 @@ impl<'t> punctual_contact_query<'t> {
         not_negative(self.margin, "query->margin")?;
         let query = Query::contacts(a, b, self.b_in_a.check()?).margin(self.margin);
         Ok(query.contact_limit(self.contact_limit))
-    }
-}
-
-impl From<Answer<ContactBounds>> for punctual_contacts {
-    fn from(contacts: Answer<ContactBounds>) -> Self {
-        Self {
-            size: Self::SIZE,
-            low: contacts.value.low,
-            found: contacts.stats.found,
-            stop: contacts.stop.into(),
-            stats: contacts.stats.into(),
-        }
-    }
-}
-
-impl From<&Contact> for punctual_contact {
-    fn from(contact: &Contact) -> Self {
-        Self {
-            triangles: contact.triangles.into(),
-            points: contact.points.map(Into::into),
-            normal: contact.normal.into(),
-            distance: contact.distance,
-            has_segment: contact.segment.is_some(),
-            segment: contact.segment.unwrap_or_default().map(Into::into),
-        }
     }
 }
 

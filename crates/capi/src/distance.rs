@@ -5,105 +5,83 @@ use crate::memory::{known, punctual_memory};
 use crate::outcome::{punctual_quantiles, punctual_stats, punctual_stop_reason};
 use crate::pose::{punctual_point, punctual_pose};
 use crate::query::trees;
-use crate::sized::{grows, place, read};
+use crate::sized::{place, read};
 use crate::status::Fault;
 use crate::tree::punctual_tree;
-use crate::verbs::{calls, inits, question};
+use crate::verbs::{calls, inits, question, types};
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use punctual::distance::{Bounds, Distance};
-use punctual::{Answer, Pose, Query};
+use punctual::glam::DVec3;
+use punctual::{Answer, Query};
 
-/// Whether two surfaces are no farther apart than the `closer_than` of a query.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_closer {
-    /// Not known: the budget ended first, it was not asked, or the distance is the limit up to the
-    /// rounding of numbers as large as the meshes.
-    Undecided = 0,
-    /// Proven: they are no farther apart.
-    Yes = 1,
-    /// Proven: they are farther apart.
-    No = 2,
-}
+types! {
+    /// Whether two surfaces are no farther apart than the `closer_than` of a query.
+    enum punctual_closer from bool {
+        /// Not known: the budget ended first, it was not asked, or the distance is the limit up to
+        /// the rounding of numbers as large as the meshes.
+        Undecided = 0,
+        /// Proven: they are no farther apart.
+        Yes = 1,
+        /// Proven: they are farther apart.
+        No = 2,
+    }
 
-/// The question how far apart two surfaces are: 0 if they meet. Plain data, made by
-/// `punctual_distance_query_new`, one for each pose; it borrows the trees. To resume a query or to
-/// ask for its certificate, all of it must be what it was. Lengths are in the unit of the meshes.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_distance_query<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even if it
-    /// is open then whether the surfaces meet: 0 (the default) or not 0.
-    pub leave_contact_open: u32,
-    /// Tree A.
-    pub a: Option<&'t punctual_tree>,
-    /// Tree B; it may be the same.
-    pub b: Option<&'t punctual_tree>,
-    /// Brings coordinates of B into those of A.
-    pub b_in_a: punctual_pose,
-    /// Done as soon as `high - low` is no more than this length; 0: as close as double can tell. -1
-    /// by default, as any negative number: a millionth of half the longest extent of the larger
-    /// mesh, roughly. Whether the surfaces meet is decided with any tolerance, unless
-    /// `leave_contact_open`.
-    pub absolute_tolerance: f64,
-    /// Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a negative
-    /// `absolute_tolerance` that is 1e-5 for meshes that are more than 64 times their size apart.
-    pub relative_tolerance: f64,
-    /// By how much each surface is thickened, A's first: a point becomes a ball, a segment a
-    /// capsule. The distance is that of the thickened surfaces. 0 by default.
-    pub margins: [f64; 2],
-    /// Ask only whether the surfaces are no farther apart than this length: done as soon as that is
-    /// known, in a fraction of the time. Infinity by default: the distance itself is asked for.
-    pub closer_than: f64,
-}
+    /// The question how far apart two surfaces are: 0 if they meet. Plain data, made by
+    /// `punctual_distance_query_new`, one for each pose; it borrows the trees. To resume a query or
+    /// to ask for its certificate, all of it must be what it was. Lengths are in the unit of the
+    /// meshes.
+    asked punctual_distance_query<'t>(b_in_a) {
+        /// Whether the query is done as soon as `high` is no more than `absolute_tolerance`, even
+        /// if it is open then whether the surfaces meet: 0 (the default) or not 0.
+        leave_contact_open: u32 = 0,
+        /// Tree A.
+        a: Option<&'t punctual_tree> = None,
+        /// Tree B; it may be the same.
+        b: Option<&'t punctual_tree> = None,
+        /// Brings coordinates of B into those of A.
+        b_in_a: punctual_pose = punctual_pose::IDENTITY,
+        /// Done as soon as `high - low` is no more than this length; 0: as close as double can
+        /// tell. -1 by default, as any negative number: a millionth of half the longest extent of
+        /// the larger mesh, roughly. Whether the surfaces meet is decided with any tolerance,
+        /// unless `leave_contact_open`.
+        absolute_tolerance: f64 = -1.0,
+        /// Done also as soon as `high <= (1 + relative_tolerance) low`. 0 by default; with a
+        /// negative `absolute_tolerance` that is 1e-5 for meshes that are more than 64 times their
+        /// size apart.
+        relative_tolerance: f64 = 0.0,
+        /// By how much each surface is thickened, A's first: a point becomes a ball, a segment a
+        /// capsule. The distance is that of the thickened surfaces. 0 by default.
+        margins: [f64; 2] = [0.0; 2],
+        /// Ask only whether the surfaces are no farther apart than this length: done as soon as
+        /// that is known, in a fraction of the time. Infinity by default: the distance itself is
+        /// asked for.
+        closer_than: f64 = f64::INFINITY,
+    }
 
-grows!(punctual_distance_query<'_>: size, b_in_a..closer_than);
-
-/// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the length
-/// unit of the meshes.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_distance {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
-    pub low: f64,
-    /// Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet;
-    /// infinite if nothing was found yet.
-    pub high: f64,
-    /// The answer to `closer_than`.
-    pub closer: punctual_closer,
-    /// Why the query returned.
-    pub stop: punctual_stop_reason,
-    /// Whether triangles were found at all; if not, they and the points are zeros.
-    pub has_nearest: bool,
-    /// The closest triangles found.
-    pub nearest: punctual_triangle_pair,
-    /// Their closest points, A's first, both in A's frame; moved towards each other by the margins.
-    /// If the triangles meet, both are one point, whatever the margins: the middle of the segment
-    /// in which the triangles do.
-    pub points: [punctual_point; 2],
-    /// What it has done.
-    pub stats: punctual_stats,
-}
-
-grows!(punctual_distance: size, stop..stats);
-
-impl Default for punctual_distance_query<'_> {
-    fn default() -> Self {
-        Self {
-            size: Self::SIZE,
-            leave_contact_open: 0,
-            a: None,
-            b: None,
-            b_in_a: (&Pose::IDENTITY).into(),
-            absolute_tolerance: -1.0,
-            relative_tolerance: 0.0,
-            margins: [0.0; 2],
-            closer_than: f64::INFINITY,
-        }
+    /// The answer of a distance query, wherever it stopped: `low <= distance <= high`, in the
+    /// length unit of the meshes.
+    told punctual_distance(stop) from (found: Answer<Bounds>) {
+        /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
+        low: f64 = found.value.low,
+        /// Proven: the distance of the two points, but for rounding. 0 only if the surfaces meet;
+        /// infinite if nothing was found yet.
+        high: f64 = found.value.high,
+        /// The answer to `closer_than`.
+        closer: punctual_closer = found.value.closer.into(),
+        /// Why the query returned.
+        stop: punctual_stop_reason = found.stop.into(),
+        /// Whether triangles were found at all; if not, they and the points are zeros.
+        has_nearest: bool = found.value.nearest.is_some(),
+        /// The closest triangles found.
+        nearest: punctual_triangle_pair =
+            found.value.nearest.map_or([0; 2], |near| near.triangles).into(),
+        /// Their closest points, A's first, both in A's frame; moved towards each other by the
+        /// margins. If the triangles meet, both are one point, whatever the margins: the middle of
+        /// the segment in which the triangles do.
+        points: [punctual_point; 2] =
+            found.value.nearest.map_or([DVec3::ZERO; 2], |near| near.points).map(Into::into),
+        /// What it has done.
+        stats: punctual_stats = found.stats.into(),
     }
 }
 
@@ -145,20 +123,16 @@ question! {
     }
 }
 
-/// What can be said of a stopped distance query. Not proven: only the bounds and the certificate
-/// are.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_distance_estimate {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Units of work that the query has still to do.
-    pub remaining: punctual_quantiles,
-    /// The distance: within what is proven, and infinite above where nothing was found yet.
-    pub distance: punctual_quantiles,
+types! {
+    /// What can be said of a stopped distance query. Not proven: only the bounds and the
+    /// certificate are.
+    told punctual_distance_estimate(remaining) {
+        /// Units of work that the query has still to do.
+        remaining: punctual_quantiles,
+        /// The distance: within what is proven, and infinite above where nothing was found yet.
+        distance: punctual_quantiles,
+    }
 }
-
-grows!(punctual_distance_estimate: size, remaining..distance);
 
 calls! {
     /// What the last run of this query in the workspace leaves open, given what is remembered of
@@ -234,34 +208,5 @@ pub(crate) fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> 
         Ok(())
     } else {
         Err(Fault::Negative(what, value))
-    }
-}
-
-impl From<Answer<Bounds>> for punctual_distance {
-    fn from(distance: Answer<Bounds>) -> Self {
-        let Bounds {
-            low,
-            high,
-            nearest: found,
-            closer,
-            ..
-        } = distance.value;
-        let (nearest, points) =
-            found.map_or_else(Default::default, |near| (near.triangles, near.points));
-        Self {
-            size: Self::SIZE,
-            low,
-            high,
-            closer: match closer {
-                None => punctual_closer::Undecided,
-                Some(true) => punctual_closer::Yes,
-                Some(false) => punctual_closer::No,
-            },
-            stop: distance.stop.into(),
-            has_nearest: found.is_some(),
-            nearest: nearest.into(),
-            points: points.map(Into::into),
-            stats: distance.stats.into(),
-        }
     }
 }

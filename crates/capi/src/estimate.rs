@@ -4,28 +4,28 @@ use crate::handle::get;
 use crate::memory::{known, punctual_memory};
 use crate::outcome::punctual_quantiles;
 use crate::query::punctual_query;
-use crate::sized::{grows, place, read};
+use crate::sized::{place, read};
 use crate::status::{Fault, given};
-use crate::verbs::calls;
+use crate::verbs::{calls, types};
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
 use punctual::Query;
 use punctual::engine::{Ask, Question};
 use punctual::prediction::{CostModel, Prediction};
 
-/// What a query, or the rest of one, is expected to take.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_prediction {
-    /// BV tests.
-    pub bv_tests: punctual_quantiles,
-    /// Triangle pairs tested.
-    pub triangle_tests: punctual_quantiles,
-    /// Units of work.
-    pub work: punctual_quantiles,
-    /// Time in nanoseconds: of an estimate by the costs of its workspace, before a query by those
-    /// of the machine of the authors.
-    pub time: punctual_quantiles,
+types! {
+    /// What a query, or the rest of one, is expected to take.
+    plain punctual_prediction {
+        /// BV tests.
+        bv_tests: punctual_quantiles,
+        /// Triangle pairs tested.
+        triangle_tests: punctual_quantiles,
+        /// Units of work.
+        work: punctual_quantiles,
+        /// Time in nanoseconds: of an estimate by the costs of its workspace, before a query by
+        /// those of the machine of the authors.
+        time: punctual_quantiles,
+    }
 }
 
 impl punctual_prediction {
@@ -39,39 +39,30 @@ impl punctual_prediction {
     }
 }
 
-/// What can be said of a stopped query. Not proven: only verdict and certificate are.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_estimate {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// What the query has still to do.
-    pub remaining: punctual_prediction,
-    /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart.
-    pub probability: f64,
-    /// Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as
-    /// soon as it is decided.
-    pub recall: f64,
+types! {
+    /// What can be said of a stopped query. Not proven: only verdict and certificate are.
+    told punctual_estimate(remaining) {
+        /// What the query has still to do.
+        remaining: punctual_prediction,
+        /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be
+        /// apart.
+        probability: f64,
+        /// Expected share of the intersecting pairs that has been found, 0 to 1; for MODE_ANY, 1 as
+        /// soon as it is decided.
+        recall: f64,
+    }
+
+    /// What a stopped query has still to do; all 0 of a finished one.
+    told punctual_remaining(work) {
+        /// Units of work.
+        work: punctual_quantiles,
+        /// Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the
+        /// costs of the workspace.
+        time: punctual_quantiles,
+        /// Probability that the surfaces meet; NaN for questions other than `punctual_query`.
+        probability: f64,
+    }
 }
-
-grows!(punctual_estimate: size, remaining..recall);
-
-/// What a stopped query has still to do; all 0 of a finished one.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_remaining {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Units of work.
-    pub work: punctual_quantiles,
-    /// Nanoseconds, at the pace of the run so far; of runs without a budget of time, by the costs
-    /// of the workspace.
-    pub time: punctual_quantiles,
-    /// Probability that the surfaces meet; NaN for questions other than `punctual_query`.
-    pub probability: f64,
-}
-
-grows!(punctual_remaining: size, work..probability);
 
 /// Writes what the last run of a query has still to do.
 ///

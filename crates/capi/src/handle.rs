@@ -1,12 +1,7 @@
 //! What an opaque pointer points to.
 
 use crate::status::{Fault, given};
-use ::punctual_depenetrate::PenetrationWorkspace;
-use ::punctual_robot::Checker;
-use ::punctual_scene::Scene;
 use core::mem::{MaybeUninit, replace};
-use punctual::{PairMemory, Tree, Workspace};
-use std::sync::Arc;
 
 /// A value that is poisoned when a panic interrupts a change.
 #[derive(Debug)]
@@ -54,29 +49,6 @@ pub(crate) trait Holds {
     fn handle_mut(&mut self) -> &mut Handle<Self::Value>;
 }
 
-macro_rules! holds {
-    ($($handle:ident: $value:ty),*) => {$(
-        impl Holds for crate::$handle {
-            type Value = $value;
-            fn handle(&self) -> &Handle<$value> {
-                &self.0
-            }
-            fn handle_mut(&mut self) -> &mut Handle<$value> {
-                &mut self.0
-            }
-        }
-    )*};
-}
-
-holds!(
-    punctual_tree: Arc<Tree>,
-    punctual_workspace: Workspace,
-    punctual_penetration_workspace: PenetrationWorkspace,
-    punctual_memory: PairMemory,
-    punctual_scene: Scene,
-    punctual_robot: Checker
-);
-
 /// The value of a handle, if there is one and it is sound.
 pub(crate) fn get<'h, H: Holds>(
     handle: Option<&'h H>,
@@ -94,24 +66,12 @@ pub(crate) fn change<H: Holds, R>(
     given(handle, what)?.handle_mut().change(what, change)
 }
 
-/// [`change`] that cannot fail.
-pub(crate) fn set<H: Holds>(
-    handle: Option<&mut H>,
-    what: &'static str,
-    set: impl FnOnce(&mut H::Value),
-) -> Result<(), Fault> {
-    change(handle, what, |value| {
-        set(value);
-        Ok(())
-    })
-}
-
 /// Makes a value and hands it over, if there is a place for it.
 pub(crate) fn put<T: Into<H>, H>(
     out: Option<&mut MaybeUninit<Option<Box<H>>>>,
     make: impl FnOnce() -> Result<T, Fault>,
 ) -> Result<(), Fault> {
-    let out = given(out, "the place for the new handle")?;
-    out.write(Some(Box::new(make()?.into())));
+    let made = make()?.into();
+    given(out, "the place for the new handle")?.write(Some(Box::new(made)));
     Ok(())
 }

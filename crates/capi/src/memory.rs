@@ -1,38 +1,38 @@
 //! What one frame tells the next about a pair.
 
-use crate::handle::{Handle, get, put};
+use crate::handle::get;
 use crate::pose::punctual_pose;
-use crate::sized::{grows, place};
-use crate::status::{Fault, free, given};
+use crate::sized::place;
+use crate::status::{Fault, given};
 use crate::tree::punctual_tree;
-use crate::verbs::calls;
+use crate::verbs::{calls, handles, types};
 use core::mem::MaybeUninit;
 use punctual::PairMemory;
 
-/// Memory of one pair of trees between frames. It changes the speed of an answer, never the answer;
-/// handed to another pair of trees, it forgets everything; refitted trees it takes for the same.
-/// One thread at a time may use it.
-#[derive(Debug)]
-pub struct punctual_memory(pub(crate) Handle<PairMemory>);
+handles! {
+    /// Memory of one pair of trees between frames. It changes the speed of an answer, never the
+    /// answer; handed to another pair of trees, it forgets everything; refitted trees it takes for
+    /// the same. One thread at a time may use it.
+    punctual_memory(PairMemory);
 
-/// What is remembered.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_memory_facts {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// When it was last decided: 1 if the surfaces met, 0 if not; -1 if it never was.
-    pub last_verdict: i32,
-    /// Frames since it was last decided.
-    pub frames_undecided: u32,
-    /// BV tests of the last query that ran to its end; -1 if none did.
-    pub last_bv_tests: i64,
-    /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about
-    /// the last 20.
-    pub change_rate: f64,
+    /// Frees a memory; null is fine.
+    punctual_memory_free(memory);
 }
 
-grows!(punctual_memory_facts: size, last_verdict..change_rate);
+types! {
+    /// What is remembered.
+    told punctual_memory_facts(last_verdict) {
+        /// When it was last decided: 1 if the surfaces met, 0 if not; -1 if it never was.
+        last_verdict: i32,
+        /// Frames since it was last decided.
+        frames_undecided: u32,
+        /// BV tests of the last query that ran to its end; -1 if none did.
+        last_bv_tests: i64,
+        /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over
+        /// about the last 20.
+        change_rate: f64,
+    }
+}
 
 pub(crate) fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemory>, Fault> {
     memory.map(|memory| memory.0.get("memory")).transpose()
@@ -40,15 +40,8 @@ pub(crate) fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemo
 
 calls! {
     /// Makes a memory that knows nothing, of about 1 kB.
-    fn punctual_memory_new(memory: Option<&mut MaybeUninit<Option<Box<punctual_memory>>>>) {
-        put(memory, || Ok(punctual_memory(Handle::new(PairMemory::new()))))
-    }
-}
-
-/// Frees a memory; null is fine.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_memory_free(memory: Option<Box<punctual_memory>>) {
-    free(memory);
+    make punctual_memory_new() -> memory: punctual_memory =
+        PairMemory::new();
 }
 
 calls! {

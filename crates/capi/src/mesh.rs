@@ -1,11 +1,10 @@
 //! Meshes.
 
 use crate::arrays::{array, path};
-use crate::handle::put;
 use crate::pose::{punctual_aabb, punctual_point};
-use crate::sized::{grows, place};
+use crate::sized::place;
 use crate::status::{Fault, free, given, value_of};
-use crate::verbs::calls;
+use crate::verbs::{calls, types};
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
 use punctual::Mesh;
@@ -16,26 +15,22 @@ use punctual_io::Format;
 #[derive(Debug)]
 pub struct punctual_mesh(pub(crate) Mesh);
 
-/// Numbers that describe a mesh.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_mesh_facts {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Triangles.
-    pub triangles: usize,
-    /// Vertices, those that no triangle uses included.
-    pub vertices: usize,
-    /// Memory on the heap.
-    pub bytes: usize,
-    /// Whether the vertices are stored as float, which is then exact.
-    pub is_f32: bool,
-    /// The smallest box around all vertices in use, in the frame of the mesh; empty without
-    /// triangles.
-    pub bounds: punctual_aabb,
+types! {
+    /// Numbers that describe a mesh.
+    told punctual_mesh_facts(triangles) {
+        /// Triangles.
+        triangles: usize,
+        /// Vertices, those that no triangle uses included.
+        vertices: usize,
+        /// Memory on the heap.
+        bytes: usize,
+        /// Whether the vertices are stored as float, which is then exact.
+        is_f32: bool,
+        /// The smallest box around all vertices in use, in the frame of the mesh; empty without
+        /// triangles.
+        bounds: punctual_aabb,
+    }
 }
-
-grows!(punctual_mesh_facts: size, triangles..bounds);
 
 calls! {
     /// Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices,
@@ -46,52 +41,54 @@ calls! {
     /// hold anything. No triangles are fine. Takes linear time.
     ///
     /// Fails with BAD_MESH if an index is out of range or a coordinate in use is not finite.
-    unsafe fn punctual_mesh_new_f32(
-        vertices: *const f32, vertex_count: usize, triangles: *const u32, triangle_count: usize,
-        mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>
-    ) {
+    unsafe make punctual_mesh_new_f32(
+        vertices: *const f32, vertex_count: usize, triangles: *const u32, triangle_count: usize
+    ) -> mesh: punctual_mesh = {
         // SAFETY: the contract of the header for arrays.
-        let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
-        // SAFETY: the same.
-        let triangles =
-            unsafe { array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles") }?;
-        put(mesh, || Ok(Mesh::new(vertices.iter().copied(), triangles.iter().copied())?))
-    }
+        let (vertices, triangles) = unsafe {
+            (
+                array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices")?,
+                array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles")?,
+            )
+        };
+        Mesh::new(vertices.iter().copied(), triangles.iter().copied())?
+    };
 
     /// Like `punctual_mesh_new_f32`. The mesh is stored as float if that keeps every bit of the
     /// vertices in use.
     ///
     /// Fails with BAD_MESH also if a coordinate in use exceeds 2^1000.
-    unsafe fn punctual_mesh_new_f64(
-        vertices: *const f64, vertex_count: usize, triangles: *const u32, triangle_count: usize,
-        mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>
-    ) {
+    unsafe make punctual_mesh_new_f64(
+        vertices: *const f64, vertex_count: usize, triangles: *const u32, triangle_count: usize
+    ) -> mesh: punctual_mesh = {
         // SAFETY: the contract of the header for arrays.
-        let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
-        // SAFETY: the same.
-        let triangles =
-            unsafe { array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles") }?;
-        put(mesh, || Ok(Mesh::from_f64(vertices.iter().copied(), triangles.iter().copied())?))
-    }
+        let (vertices, triangles) = unsafe {
+            (
+                array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices")?,
+                array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles")?,
+            )
+        };
+        Mesh::from_f64(vertices.iter().copied(), triangles.iter().copied())?
+    };
 }
 
-/// A file format that can be read.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_format {
-    /// Wavefront OBJ: vertices and polygons.
-    Obj = 0,
-    /// STL, ASCII or binary.
-    Stl = 1,
-    /// PLY, ASCII or binary of both byte orders.
-    Ply = 2,
-    /// glTF, binary or JSON text with its buffers in it: the triangles of the default scene, moved
-    /// by their nodes.
-    Gltf = 3,
-    /// OFF in text.
-    Off = 4,
-    /// COLLADA: the meshes of the scene, moved by their nodes, in metres.
-    Collada = 5,
+types! {
+    /// A file format that can be read.
+    enum punctual_format {
+        /// Wavefront OBJ: vertices and polygons.
+        Obj = 0,
+        /// STL, ASCII or binary.
+        Stl = 1,
+        /// PLY, ASCII or binary of both byte orders.
+        Ply = 2,
+        /// glTF, binary or JSON text with its buffers in it: the triangles of the default scene,
+        /// moved by their nodes.
+        Gltf = 3,
+        /// OFF in text.
+        Off = 4,
+        /// COLLADA: the meshes of the scene, moved by their nodes, in metres.
+        Collada = 5,
+    }
 }
 
 calls! {
@@ -106,31 +103,22 @@ calls! {
     /// Fails with BAD_FILE if the file cannot be read or holds no mesh, and with BAD_ARGUMENT if
     /// `path` is not UTF-8. The text of `punctual_last_error` names the file and the line or byte
     /// in it.
-    unsafe fn punctual_mesh_read(
-        path: *const c_char, mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>
-    ) {
+    unsafe make punctual_mesh_read(path: *const c_char) -> mesh: punctual_mesh =
         // SAFETY: the contract of the header for texts.
-        let path = unsafe { self::path(path, "path") }?;
-        put(mesh, || Ok(punctual_io::load(path)?.mesh))
-    }
+        punctual_io::load(unsafe { self::path(path, "path") }?)?.mesh;
 
     /// Like `punctual_mesh_read` for the content of a file, of `count` bytes in a
     /// `punctual_format`.
     ///
     /// Fails with BAD_FILE if it holds no mesh, and with BAD_ARGUMENT for an unknown format.
-    unsafe fn punctual_mesh_read_bytes(
-        bytes: *const u8, count: usize, format: u32,
-        mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>
-    ) {
-        // SAFETY: the contract of the header for arrays.
-        let bytes = unsafe { array(bytes, count, "bytes") }?;
-        let format = value_of(
-            format,
-            "format",
-            &[Format::Obj, Format::Stl, Format::Ply, Format::Gltf, Format::Off, Format::Collada],
-        )?;
-        put(mesh, || Ok(punctual_io::read(bytes, format)?.mesh))
-    }
+    unsafe make punctual_mesh_read_bytes(bytes: *const u8, count: usize, format: u32)
+        -> mesh: punctual_mesh = {
+            // SAFETY: the contract of the header for arrays.
+            let bytes = unsafe { array(bytes, count, "bytes") }?;
+            let formats =
+                [Format::Obj, Format::Stl, Format::Ply, Format::Gltf, Format::Off, Format::Collada];
+            punctual_io::read(bytes, value_of(format, "format", &formats)?)?.mesh
+        };
 }
 
 /// Frees a mesh; null is fine. Trees have copies of their own.

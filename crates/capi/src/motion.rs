@@ -4,32 +4,30 @@ use crate::distance::{check_margins, finite, finite_or_default};
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::pose::{punctual_point, punctual_pose};
 use crate::query::trees;
-use crate::sized::grows;
 use crate::status::{Fault, given};
 use crate::tree::punctual_tree;
-use crate::verbs::{calls, inits, question};
+use crate::verbs::{calls, inits, question, types};
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::glam::DVec3;
 use punctual::impact::{Impact, TimeOfImpact};
-use punctual::{Answer, Motion, Pose, Query};
+use punctual::{Answer, Motion, Query};
 
-/// A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about
-/// an axis that moves along. At time `t` a point that `start` brings to `x` is at `p + t velocity +
-/// R(t turn) (x - p)`, where `p` is a point of the axis at time 0. It is checked wherever it is
-/// used.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_motion {
-    /// Where it begins.
-    pub start: punctual_pose,
-    /// The velocity of the axis: length per unit of time.
-    pub velocity: punctual_point,
-    /// The axis by the right-hand rule, times the angle in radians; zeros: no turn.
-    pub turn: punctual_point,
-    /// From a point of the axis to the origin of the body at time 0; zeros: the axis goes through
-    /// it.
-    pub arm: punctual_point,
+types! {
+    /// A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn
+    /// about an axis that moves along. At time `t` a point that `start` brings to `x` is at `p + t
+    /// velocity + R(t turn) (x - p)`, where `p` is a point of the axis at time 0. It is checked
+    /// wherever it is used.
+    plain punctual_motion from (motion: Motion) {
+        /// Where it begins.
+        start: punctual_pose = (&motion.start()).into(),
+        /// The velocity of the axis: length per unit of time.
+        velocity: punctual_point = motion.velocity().into(),
+        /// The axis by the right-hand rule, times the angle in radians; zeros: no turn.
+        turn: punctual_point = motion.turn().into(),
+        /// From a point of the axis to the origin of the body at time 0; zeros: the axis goes
+        /// through it.
+        arm: punctual_point = motion.arm().into(),
+    }
 }
 
 /// A straight line without turn.
@@ -38,12 +36,10 @@ pub extern "C" fn punctual_motion_straight(
     start: punctual_pose,
     velocity: punctual_point,
 ) -> punctual_motion {
-    let none = DVec3::ZERO.into();
     punctual_motion {
         start,
         velocity,
-        turn: none,
-        arm: none,
+        ..punctual_motion::STILL
     }
 }
 
@@ -100,73 +96,46 @@ calls! {
     }
 }
 
-/// The question until when a motion is free, and when the surfaces meet. Plain data, made by
-/// `punctual_motion_query_new`, one for each motion; it borrows the trees. To resume a query all of
-/// it must be what it was. Lengths are in the unit of the meshes, times from 0 to 1.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_motion_query<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// Whether A moves too: 0 (the default) or not 0.
-    pub a_moves: u32,
-    /// Tree A.
-    pub a: Option<&'t punctual_tree>,
-    /// Tree B; it may be the same.
-    pub b: Option<&'t punctual_tree>,
-    /// How B moves: in A's frame, or in the world if A moves too.
-    pub of_b: punctual_motion,
-    /// How, in the world.
-    pub of_a: punctual_motion,
-    /// Done when nothing moves farther than this, seen from A, between the two times; 0: as close
-    /// as double can tell. -1 by default, as any negative number: a millionth of the longest extent
-    /// of the smaller mesh, roughly.
-    pub tolerance: f64,
-    /// Done also when the two times differ by no more than this. 0 by default.
-    pub time_tolerance: f64,
-    /// By how much each surface is thickened, A's first. 0 by default.
-    pub margins: [f64; 2],
-}
+types! {
+    /// The question until when a motion is free, and when the surfaces meet. Plain data, made by
+    /// `punctual_motion_query_new`, one for each motion; it borrows the trees. To resume a query
+    /// all of it must be what it was. Lengths are in the unit of the meshes, times from 0 to 1.
+    asked punctual_motion_query<'t>(of_b) {
+        /// Whether A moves too: 0 (the default) or not 0.
+        a_moves: u32 = 0,
+        /// Tree A.
+        a: Option<&'t punctual_tree> = None,
+        /// Tree B; it may be the same.
+        b: Option<&'t punctual_tree> = None,
+        /// How B moves: in A's frame, or in the world if A moves too.
+        of_b: punctual_motion = punctual_motion::STILL,
+        /// How, in the world.
+        of_a: punctual_motion = punctual_motion::STILL,
+        /// Done when nothing moves farther than this, seen from A, between the two times; 0: as
+        /// close as double can tell. -1 by default, as any negative number: a millionth of the
+        /// longest extent of the smaller mesh, roughly.
+        tolerance: f64 = -1.0,
+        /// Done also when the two times differ by no more than this. 0 by default.
+        time_tolerance: f64 = 0.0,
+        /// By how much each surface is thickened, A's first. 0 by default.
+        margins: [f64; 2] = [0.0; 2],
+    }
 
-grows!(punctual_motion_query<'_>: size, of_b..margins);
-
-/// The answer of a motion query, wherever it stopped; times from 0 to 1.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_passage {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to its
-    /// end.
-    pub free_until: f64,
-    /// Whether a contact was found (yet); if not, its time and the triangles are zeros.
-    pub touches: bool,
-    /// Proven: the surfaces meet at this time; 0 if they do at the start.
-    pub touching_at: f64,
-    /// The triangles that meet then.
-    pub triangles: punctual_triangle_pair,
-    /// Why the query returned.
-    pub stop: punctual_stop_reason,
-    /// What it has done.
-    pub stats: punctual_stats,
-}
-
-grows!(punctual_passage: size, free_until..stats);
-
-impl Default for punctual_motion_query<'_> {
-    fn default() -> Self {
-        let still = punctual_motion_straight((&Pose::IDENTITY).into(), DVec3::ZERO.into());
-        Self {
-            size: Self::SIZE,
-            a_moves: 0,
-            a: None,
-            b: None,
-            of_b: still,
-            of_a: still,
-            tolerance: -1.0,
-            time_tolerance: 0.0,
-            margins: [0.0; 2],
-        }
+    /// The answer of a motion query, wherever it stopped; times from 0 to 1.
+    told punctual_passage(free_until) from (passage: Answer<TimeOfImpact>) {
+        /// Proven: the surfaces meet at no time before. 1 without a contact: the motion is free to
+        /// its end.
+        free_until: f64 = passage.value.lower,
+        /// Whether a contact was found (yet); if not, its time and the triangles are zeros.
+        touches: bool = passage.value.upper.is_some(),
+        /// Proven: the surfaces meet at this time; 0 if they do at the start.
+        touching_at: f64 = passage.value.upper.unwrap_or(0.0),
+        /// The triangles that meet then.
+        triangles: punctual_triangle_pair = passage.value.triangles.unwrap_or_default().into(),
+        /// Why the query returned.
+        stop: punctual_stop_reason = passage.stop.into(),
+        /// What it has done.
+        stats: punctual_stats = passage.stats.into(),
     }
 }
 
@@ -180,27 +149,21 @@ inits! {
 }
 
 impl punctual_motion {
+    /// Nothing moves.
+    pub(crate) const STILL: Self = Self {
+        start: punctual_pose::IDENTITY,
+        velocity: punctual_point::ZERO,
+        turn: punctual_point::ZERO,
+        arm: punctual_point::ZERO,
+    };
+
     pub(crate) fn check(&self) -> Result<Motion, Fault> {
-        let vector = |v: punctual_point| [v.x, v.y, v.z];
         Ok(Motion::with_arm(
             self.start.check()?,
-            vector(self.velocity),
-            vector(self.turn),
-            vector(self.arm),
+            self.velocity.numbers(),
+            self.turn.numbers(),
+            self.arm.numbers(),
         )?)
-    }
-}
-
-impl From<Motion> for punctual_motion {
-    fn from(motion: Motion) -> Self {
-        let [velocity, turn, arm] =
-            [motion.velocity(), motion.turn(), motion.arm()].map(Into::into);
-        Self {
-            start: (&motion.start()).into(),
-            velocity,
-            turn,
-            arm,
-        }
     }
 }
 
@@ -223,19 +186,5 @@ impl<'t> punctual_motion_query<'t> {
         Ok(query
             .time_tolerance(self.time_tolerance)
             .margins(self.margins))
-    }
-}
-
-impl From<Answer<TimeOfImpact>> for punctual_passage {
-    fn from(passage: Answer<TimeOfImpact>) -> Self {
-        Self {
-            size: Self::SIZE,
-            free_until: passage.value.lower,
-            touches: passage.value.upper.is_some(),
-            touching_at: passage.value.upper.unwrap_or(0.0),
-            triangles: passage.value.triangles.unwrap_or_default().into(),
-            stop: passage.stop.into(),
-            stats: passage.stats.into(),
-        }
     }
 }

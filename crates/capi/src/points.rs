@@ -7,79 +7,62 @@ use crate::handle::get;
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::pose::punctual_point;
 use crate::query::answer;
-use crate::sized::grows;
 use crate::status::Fault;
 use crate::tree::punctual_tree;
-use crate::verbs::calls;
+use crate::verbs::{calls, types};
 use crate::workspace::punctual_workspace;
 use punctual::Query;
 use punctual::points::{AtPoints, PointBounds};
 
-/// Whether a point is inside a solid, or on its surface.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_inside {
-    /// Not known: the budget ended first, or the winding number of an open solid is 1/2 to its
-    /// error.
-    Undecided = 0,
-    /// It is.
-    Yes = 1,
-    /// It is not.
-    No = 2,
-}
-
-impl From<Option<bool>> for punctual_inside {
-    fn from(inside: Option<bool>) -> Self {
-        match inside {
-            Some(true) => Self::Yes,
-            Some(false) => Self::No,
-            None => Self::Undecided,
-        }
+types! {
+    /// Whether a point is inside a solid, or on its surface.
+    enum punctual_inside from bool {
+        /// Not known: the budget ended first, or the winding number of an open solid is 1/2 to its
+        /// error.
+        Undecided = 0,
+        /// It is.
+        Yes = 1,
+        /// It is not.
+        No = 2,
     }
 }
 
-/// What is proven about a point and a solid.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_point_bounds {
-    /// How often the surface winds around the point: a whole number, exactly, if the solid is
-    /// closed. On the surface that of the points just beside it. NaN if it is not known.
-    pub winding: f64,
-    /// Bound of its error: 0 for closed solids, infinite if it is not known.
-    pub error: f64,
-    /// The signed distance, negative inside, is within `low` and `high`, if it was asked for; else
-    /// both are 0, and they are infinite for an empty mesh.
-    pub low: f64,
-    /// See `low`.
-    pub high: f64,
-    /// The nearest point of the surface that was found, if distances were asked for.
-    pub nearest: punctual_point,
-    /// The triangle that has it, id of the input mesh; PUNCTUAL_NO_TRIANGLE without one.
-    pub triangle: u32,
-    /// Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on the
-    /// surface.
-    pub inside: punctual_inside,
-    /// 1 if the point is on the surface, exactly; else 0.
-    pub is_on_surface: u32,
-    /// Not used; 0.
-    pub reserved: u32,
-}
+types! {
+    /// What is proven about a point and a solid.
+    plain punctual_point_bounds {
+        /// How often the surface winds around the point: a whole number, exactly, if the solid is
+        /// closed. On the surface that of the points just beside it. NaN if it is not known.
+        winding: f64,
+        /// Bound of its error: 0 for closed solids, infinite if it is not known.
+        error: f64,
+        /// The signed distance, negative inside, is within `low` and `high`, if it was asked for;
+        /// else both are 0, and they are infinite for an empty mesh.
+        low: f64,
+        /// See `low`.
+        high: f64,
+        /// The nearest point of the surface that was found, if distances were asked for.
+        nearest: punctual_point,
+        /// The triangle that has it, id of the input mesh; PUNCTUAL_NO_TRIANGLE without one.
+        triangle: u32,
+        /// Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on
+        /// the surface.
+        inside: punctual_inside,
+        /// 1 if the point is on the surface, exactly; else 0.
+        is_on_surface: u32,
+        /// Not used; 0.
+        reserved: u32,
+    }
 
-/// The answer for many points; what is known of each is in the caller's array.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_points_outcome {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// The first so many points are done and their bounds are written.
-    pub done: usize,
-    /// Why it returned.
-    pub stop: punctual_stop_reason,
-    /// What it has done for all points.
-    pub stats: punctual_stats,
+    /// The answer for many points; what is known of each is in the caller's array.
+    told punctual_points_outcome(done) from (outcome: punctual::Answer<usize>) {
+        /// The first so many points are done and their bounds are written.
+        done: usize = outcome.value,
+        /// Why it returned.
+        stop: punctual_stop_reason = outcome.stop.into(),
+        /// What it has done for all points.
+        stats: punctual_stats = outcome.stats.into(),
+    }
 }
-
-grows!(punctual_points_outcome: size, done..stats);
 
 calls! {
     /// Asks about `count` points, in the frame of the tree's mesh, one after the other within one
@@ -218,17 +201,6 @@ impl Asked<'_> {
             inside: bounds.inside.into(),
             is_on_surface: bounds.is_on_surface.into(),
             reserved: 0,
-        }
-    }
-}
-
-impl From<punctual::Answer<usize>> for punctual_points_outcome {
-    fn from(outcome: punctual::Answer<usize>) -> Self {
-        Self {
-            size: Self::SIZE,
-            done: outcome.value,
-            stop: outcome.stop.into(),
-            stats: outcome.stats.into(),
         }
     }
 }

@@ -1,84 +1,69 @@
 //! Points, boxes and poses.
 
 use crate::status::{Fault, given};
-use crate::verbs::calls;
+use crate::verbs::{calls, types};
 use core::mem::MaybeUninit;
 use punctual::Pose;
 use punctual::glam::{DQuat, DVec3};
 
-/// A point or a vector, in the length unit of the mesh.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_point {
-    /// Along the x axis.
-    pub x: f64,
-    /// Along the y axis.
-    pub y: f64,
-    /// Along the z axis.
-    pub z: f64,
-}
+types! {
+    /// A point or a vector, in the length unit of the mesh.
+    plain punctual_point from (point: DVec3) {
+        /// Along the x axis.
+        x: f64 = point.x,
+        /// Along the y axis.
+        y: f64 = point.y,
+        /// Along the z axis.
+        z: f64 = point.z,
+    }
 
-impl From<punctual::glam::DVec3> for punctual_point {
-    fn from(point: punctual::glam::DVec3) -> Self {
-        Self {
-            x: point.x,
-            y: point.y,
-            z: point.z,
-        }
+    /// A box that is parallel to the axes; empty if `min` exceeds `max`.
+    plain punctual_aabb from (aabb: punctual::Aabb) {
+        /// Smallest coordinates.
+        min: punctual_point = aabb.min.into(),
+        /// Largest coordinates.
+        max: punctual_point = aabb.max.into(),
+    }
+
+    /// A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps
+    /// coordinates of B to those of A: `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double,
+    /// rounded after each operation.
+    ///
+    /// It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror)
+    /// and then used as it is.
+    plain punctual_pose from (pose: &Pose) {
+        /// Row by row; `m[3]`, `m[7]` and `m[11]` are the translation, in the length unit of the
+        /// meshes.
+        m: [f64; 12] = pose.to_row_major(),
     }
 }
 
-/// A box that is parallel to the axes; empty if `min` exceeds `max`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_aabb {
-    /// Smallest coordinates.
-    pub min: punctual_point,
-    /// Largest coordinates.
-    pub max: punctual_point,
-}
+impl punctual_point {
+    pub(crate) const ZERO: Self = Self {
+        x: 0.0,
+        y: 0.0,
+        z: 0.0,
+    };
 
-impl From<punctual::Aabb> for punctual_aabb {
-    fn from(aabb: punctual::Aabb) -> Self {
-        Self {
-            min: aabb.min.into(),
-            max: aabb.max.into(),
-        }
+    pub(crate) fn numbers(self) -> [f64; 3] {
+        [self.x, self.y, self.z]
     }
-}
-
-/// A rotation followed by a translation: the 3 x 4 matrix `[R|t]`, row by row. `b_in_a` maps
-/// coordinates of B to those of A: `((m[0]*x + m[1]*y) + m[2]*z) + m[3]` and so on, in double,
-/// rounded after each operation.
-///
-/// It is checked wherever it is used (finite, no entry of `|R^T R - I|` above 1e-3, no mirror) and
-/// then used as it is.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_pose {
-    /// Row by row; `m[3]`, `m[7]` and `m[11]` are the translation, in the length unit of the
-    /// meshes.
-    pub m: [f64; 12],
 }
 
 impl punctual_pose {
+    pub(crate) const IDENTITY: Self = Self {
+        m: [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    };
+
     pub(crate) fn check(&self) -> Result<Pose, Fault> {
         Ok(Pose::from_row_major(self.m)?)
-    }
-}
-
-impl From<&Pose> for punctual_pose {
-    fn from(pose: &Pose) -> Self {
-        Self {
-            m: pose.to_row_major(),
-        }
     }
 }
 
 /// The pose that maps every point to itself.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_pose_identity() -> punctual_pose {
-    (&Pose::IDENTITY).into()
+    punctual_pose::IDENTITY
 }
 
 calls! {

@@ -1,105 +1,77 @@
 //! Queries: budget, clock and options in; an outcome or a certificate out.
 
-use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::budget::{punctual_budget, punctual_clock};
 use crate::handle::{Holds, change, get};
 use crate::memory::punctual_memory;
 use crate::outcome::{punctual_stats, punctual_stop_reason, punctual_verdict, verdict};
 use crate::pose::punctual_pose;
-use crate::sized::{Sized32, grows, place};
+use crate::sized::{Sized32, place};
 use crate::status::{Fault, value_of};
 use crate::tree::punctual_tree;
-use crate::verbs::{inits, question};
+use crate::verbs::{inits, question, types};
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use punctual::clock::ClockedBudget;
 use punctual::intersection::{Intersection, Order};
 use punctual::prediction::DEFAULT_PRIOR;
-use punctual::{Answer, Mode, PairMemory, Pose, Query, Tree, Verdict};
+use punctual::{Answer, Mode, PairMemory, Query, Tree, Verdict};
 
-/// What a query looks for.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_mode {
-    /// Whether there is an intersection: stops at the first.
-    Any = 0,
-    /// Every intersecting pair of triangles.
-    All = 1,
-}
+types! {
+    /// What a query looks for.
+    enum punctual_mode {
+        /// Whether there is an intersection: stops at the first.
+        Any = 0,
+        /// Every intersecting pair of triangles.
+        All = 1,
+    }
 
-/// Which node pair is visited next. All orders give the same finished answer; they differ in what
-/// is known when a budget ends.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_order {
-    /// Deepest relative penetration of the boxes first; the default, and best at finding
-    /// intersections early.
-    Penetration = 0,
-    /// Lowest product of the two alphas first.
-    LowAlpha = 1,
-    /// Depth-first: no queue at all, the least overhead.
-    DepthFirst = 2,
-}
+    /// Which node pair is visited next. All orders give the same finished answer; they differ in
+    /// what is known when a budget ends.
+    enum punctual_order {
+        /// Deepest relative penetration of the boxes first; the default, and best at finding
+        /// intersections early.
+        Penetration = 0,
+        /// Lowest product of the two alphas first.
+        LowAlpha = 1,
+        /// Depth-first: no queue at all, the least overhead.
+        DepthFirst = 2,
+    }
 
-/// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`,
-/// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of
-/// it must be what it was.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_query<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// Tree A.
-    pub a: Option<&'t punctual_tree>,
-    /// Tree B; it may be the same.
-    pub b: Option<&'t punctual_tree>,
-    /// Brings coordinates of B into those of A.
-    pub b_in_a: punctual_pose,
-    /// A `punctual_mode`; MODE_ANY by default.
-    pub mode: u32,
-    /// A `punctual_order`; ORDER_PENETRATION by default.
-    pub order: u32,
-    /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it
-    /// is full.
-    pub pair_limit: usize,
-    /// The share of poses with an intersection among those that are asked about, 0 to 1, which
-    /// shifts the probability of `punctual_query_estimate`; by default that of the poses for which
-    /// the model was fitted.
-    pub prior: f64,
-}
+    /// A question: two trees, a pose, and what can be chosen. Plain data, made by
+    /// `punctual_query_new`, one for each pose; it borrows the trees. To resume a query or to ask
+    /// for its certificate, all of it must be what it was.
+    asked punctual_query<'t>(b_in_a) {
+        /// Tree A.
+        a: Option<&'t punctual_tree> = None,
+        /// Tree B; it may be the same.
+        b: Option<&'t punctual_tree> = None,
+        /// Brings coordinates of B into those of A.
+        b_in_a: punctual_pose = punctual_pose::IDENTITY,
+        /// A `punctual_mode`; MODE_ANY by default.
+        mode: u32 = punctual_mode::Any as u32,
+        /// A `punctual_order`; ORDER_PENETRATION by default.
+        order: u32 = punctual_order::Penetration as u32,
+        /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX:
+        /// when it is full.
+        pair_limit: usize = usize::MAX,
+        /// The share of poses with an intersection among those that are asked about, 0 to 1, which
+        /// shifts the probability of `punctual_query_estimate`; by default that of the poses for
+        /// which the model was fitted.
+        prior: f64 = DEFAULT_PRIOR,
+    }
 
-grows!(punctual_query<'_>: size, b_in_a..prior);
-
-/// The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_outcome {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Whether the surfaces meet.
-    pub verdict: punctual_verdict,
-    /// Why the query returned.
-    pub stop: punctual_stop_reason,
-    /// If they meet, two triangles that do; else zeros.
-    pub witness: punctual_triangle_pair,
-    /// Intersecting pairs found, resumed calls and drained pairs included; at most 1 for MODE_ANY.
-    pub found: u64,
-    /// What it has done.
-    pub stats: punctual_stats,
-}
-
-grows!(punctual_outcome: size, witness..stats);
-
-impl Default for punctual_query<'_> {
-    fn default() -> Self {
-        Self {
-            size: Self::SIZE,
-            a: None,
-            b: None,
-            b_in_a: (&Pose::IDENTITY).into(),
-            mode: punctual_mode::Any as u32,
-            order: punctual_order::Penetration as u32,
-            pair_limit: usize::MAX,
-            prior: DEFAULT_PRIOR,
-        }
+    /// The answer of a query. The found pairs stay in the workspace: `punctual_workspace_pairs`.
+    told punctual_outcome(witness) from (found: Answer<Verdict>) {
+        /// Whether the surfaces meet.
+        verdict: punctual_verdict = verdict(found.value).0,
+        /// Why the query returned.
+        stop: punctual_stop_reason = found.stop.into(),
+        /// If they meet, two triangles that do; else zeros.
+        witness: punctual_triangle_pair = verdict(found.value).1,
+        /// Intersecting pairs found, resumed calls and drained pairs included; at most 1 for
+        /// MODE_ANY.
+        found: u64 = found.stats.found,
+        /// What it has done.
+        stats: punctual_stats = found.stats.into(),
     }
 }
 
@@ -137,7 +109,7 @@ question! {
 /// Hands what a caller passed to `run`, which runs or resumes a query, and the answer back.
 ///
 /// # Safety
-/// That of [`AnyClock::new`] and of [`place`].
+/// That of [`punctual_budget::spend`] and of [`place`].
 pub(crate) unsafe fn answer<H: Holds, Found, Written: Sized32 + From<Found>>(
     workspace: Option<&mut H>,
     memory: Option<&mut punctual_memory>,
@@ -146,18 +118,20 @@ pub(crate) unsafe fn answer<H: Holds, Found, Written: Sized32 + From<Found>>(
     outcome: *mut Written,
     run: impl FnOnce(&mut H::Value, Option<&mut PairMemory>, ClockedBudget<'_>) -> Result<Found, Fault>,
 ) -> Result<(), Fault> {
-    let budget = budget.check()?;
-    // SAFETY: the caller's promise.
-    let (clock, outcome) = unsafe { (AnyClock::new(clock)?, place(outcome, "outcome")?) };
-    let budget = budget.clock(&clock);
-    let found = change(workspace, "workspace", |workspace| match memory {
-        Some(memory) => change(Some(memory), "memory", |memory| {
-            run(workspace, Some(memory), budget)
-        }),
-        None => run(workspace, None, budget),
-    })?;
-    outcome.write(found.into());
-    Ok(())
+    let spend = |budget: ClockedBudget<'_>| {
+        // SAFETY: the caller's promise.
+        let outcome = unsafe { place(outcome, "outcome") }?;
+        let found = change(workspace, "workspace", |workspace| match memory {
+            Some(memory) => change(Some(memory), "memory", |memory| {
+                run(workspace, Some(memory), budget)
+            }),
+            None => run(workspace, None, budget),
+        })?;
+        outcome.write(found.into());
+        Ok(())
+    };
+    // SAFETY: the same.
+    unsafe { budget.spend(clock, spend) }
 }
 
 /// The trees of a query.
@@ -186,18 +160,4 @@ impl<'t> punctual_query<'t> {
 
 pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> {
     value_of(value, what, &[Mode::Any, Mode::All])
-}
-
-impl From<Answer<Verdict>> for punctual_outcome {
-    fn from(outcome: Answer<Verdict>) -> Self {
-        let (verdict, witness) = verdict(outcome.value);
-        Self {
-            size: Self::SIZE,
-            verdict,
-            stop: outcome.stop.into(),
-            witness,
-            found: outcome.stats.found,
-            stats: outcome.stats.into(),
-        }
-    }
 }

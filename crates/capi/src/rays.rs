@@ -3,15 +3,15 @@
 use crate::arrays::{array, find_room, room};
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::estimate::{punctual_remaining, tell};
-use crate::handle::{change, get, set};
+use crate::handle::get;
 use crate::outcome::{punctual_stats, punctual_stop_reason};
 use crate::points::punctual_inside;
 use crate::pose::punctual_point;
 use crate::query::answer;
-use crate::sized::{grows, read};
+use crate::sized::read;
 use crate::status::{Fault, given, value_of};
 use crate::tree::punctual_tree;
-use crate::verbs::{calls, inits, lists, question};
+use crate::verbs::{calls, inits, lists, question, types};
 use crate::workspace::punctual_workspace;
 use core::mem::take;
 use core::ptr::null;
@@ -22,147 +22,118 @@ use punctual::{Answer, Query, Ray, Tree};
 /// The triangle of a ray that hits none.
 pub const PUNCTUAL_NO_TRIANGLE: u32 = 0xFFFF_FFFF;
 
-/// Which of its hits a ray is asked for.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_ray_mode {
-    /// The one with the least `t`; of several with the same, the triangle with the least id.
-    Nearest = 0,
-    /// Any: whether there is one. Stops at the first that is found.
-    Any = 1,
-    /// All, each triangle once; not for batches.
-    All = 2,
+types! {
+    /// Which of its hits a ray is asked for.
+    enum punctual_ray_mode {
+        /// The one with the least `t`; of several with the same, the triangle with the least id.
+        Nearest = 0,
+        /// Any: whether there is one. Stops at the first that is found.
+        Any = 1,
+        /// All, each triangle once; not for batches.
+        All = 2,
+    }
+
+    /// The side of a triangle that a ray comes from.
+    enum punctual_side from Side {
+        /// The one from which the corners appear counterclockwise.
+        Front = 0,
+        /// The other one.
+        Back = 1,
+        /// None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
+        Edge = 2,
+    }
+
+    /// A half-line from an origin in a direction of any length, or a segment between two points, in
+    /// the frame of the mesh. Plain data, made by `punctual_ray_new` or `punctual_ray_segment`;
+    /// checked wherever it is used, and then used as it is.
+    plain punctual_ray {
+        /// Where it begins.
+        origin: punctual_point,
+        /// Its direction, not zero; of a segment, its end.
+        target: punctual_point,
+        /// Hits before this parameter are left out. 0 by default.
+        t_min: f64,
+        /// Hits after this parameter are left out. Infinity by default. To end exactly at a point,
+        /// take a segment.
+        t_max: f64,
+        /// 0: a half-line; else a segment, of which `t` goes from 0 to 1.
+        is_segment: u32,
+    }
+
+    /// A triangle that a ray meets.
+    plain punctual_ray_hit from (hit: Option<RayHit>) {
+        /// Id of the input mesh, or PUNCTUAL_NO_TRIANGLE.
+        triangle: u32 = hit.map_or(PUNCTUAL_NO_TRIANGLE, |hit| hit.triangle),
+        /// The side that the ray comes from; SIDE_FRONT without a hit.
+        side: punctual_side = hit.map_or(Side::Front, |hit| hit.side).into(),
+        /// The least parameter of a common point, which is `origin + t direction`, of a segment
+        /// `origin + t (end - origin)`. Off by at most 1e-11 of the largest coordinate of the
+        /// triangle seen from the origin, over the largest component of the direction. Infinite
+        /// without a hit.
+        t: f64 = hit.map_or(f64::INFINITY, |hit| hit.t),
+    }
+
+    /// The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each
+    /// ray; it borrows the tree. To resume a query all of it must be what it was.
+    ///
+    /// A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are
+    /// given: closed triangles, edges and corners included.
+    asked punctual_ray_query<'t>(ray) {
+        /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+        mode: u32 = punctual_ray_mode::Nearest as u32,
+        /// The tree.
+        tree: Option<&'t punctual_tree> = None,
+        /// The ray.
+        ray: punctual_ray = punctual_ray_new(DVec3::ZERO.into(), DVec3::ZERO.into()),
+        /// Not 0: ask whether the ray starts inside the solid, too. 0 by default.
+        solid: u64 = 0,
+    }
+
+    /// The answer of a ray query, wherever it stopped. All hits stay in the workspace:
+    /// `punctual_workspace_ray_hits`.
+    told punctual_ray_cast(hit) from (cast: Answer<RayBounds>) {
+        /// The nearest hit of those found; for RAY_MODE_ANY the one found.
+        hit: punctual_ray_hit = cast.value.hit.into(),
+        /// Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that
+        /// were compared.
+        found: u64 = cast.stats.found,
+        /// Proven: every hit that was not found is at this parameter or after it. For
+        /// RAY_MODE_NEAREST never after the hit that was found. Infinite if there is none.
+        free_until: f64 = cast.value.free_until,
+        /// Why the query returned.
+        stop: punctual_stop_reason = cast.stop.into(),
+        /// What it has done.
+        stats: punctual_stats = cast.stats.into(),
+        /// A `punctual_inside`: whether the ray starts inside the solid or on its surface;
+        /// INSIDE_UNDECIDED if that was not asked, the tree was not built as a solid, or the budget
+        /// ended first.
+        starts_inside: u64 = punctual_inside::from(cast.value.starts_inside) as u64,
+    }
+
+    /// The question what each of many rays hits, answered one after the other within one budget, in
+    /// less time than a query for each. Plain data, made by `punctual_ray_batch_new`; it borrows
+    /// the tree and the rays. To resume it all of it, and the rays, must be what they were.
+    asked punctual_ray_batch<'t>(count) {
+        /// RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
+        mode: u32 = punctual_ray_mode::Nearest as u32,
+        /// The tree.
+        tree: Option<&'t punctual_tree> = None,
+        /// The rays.
+        rays: *const punctual_ray = null(),
+        /// How many.
+        count: usize = 0,
+    }
+
+    /// The answer for many rays; their hits are in the caller's array.
+    told punctual_ray_batch_outcome(done) from (outcome: Answer<usize>) {
+        /// The first so many rays are done and their hits are written.
+        done: usize = outcome.value,
+        /// Why it returned.
+        stop: punctual_stop_reason = outcome.stop.into(),
+        /// What it has done for all rays.
+        stats: punctual_stats = outcome.stats.into(),
+    }
 }
-
-/// The side of a triangle that a ray comes from.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_side {
-    /// The one from which the corners appear counterclockwise.
-    Front = 0,
-    /// The other one.
-    Back = 1,
-    /// None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
-    Edge = 2,
-}
-
-/// A half-line from an origin in a direction of any length, or a segment between two points, in the
-/// frame of the mesh. Plain data, made by `punctual_ray_new` or `punctual_ray_segment`; checked
-/// wherever it is used, and then used as it is.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_ray {
-    /// Where it begins.
-    pub origin: punctual_point,
-    /// Its direction, not zero; of a segment, its end.
-    pub target: punctual_point,
-    /// Hits before this parameter are left out. 0 by default.
-    pub t_min: f64,
-    /// Hits after this parameter are left out. Infinity by default. To end exactly at a point, take
-    /// a segment.
-    pub t_max: f64,
-    /// 0: a half-line; else a segment, of which `t` goes from 0 to 1.
-    pub is_segment: u32,
-}
-
-/// A triangle that a ray meets.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_ray_hit {
-    /// Id of the input mesh, or PUNCTUAL_NO_TRIANGLE.
-    pub triangle: u32,
-    /// The side that the ray comes from; SIDE_FRONT without a hit.
-    pub side: punctual_side,
-    /// The least parameter of a common point, which is `origin + t direction`, of a segment
-    /// `origin + t (end - origin)`. Off by at most 1e-11 of the largest coordinate of the triangle
-    /// seen from the origin, over the largest component of the direction. Infinite without a hit.
-    pub t: f64,
-}
-
-/// The question what a ray hits. Plain data, made by `punctual_ray_query_new`, one for each ray; it
-/// borrows the tree. To resume a query all of it must be what it was.
-///
-/// A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are
-/// given: closed triangles, edges and corners included.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_ray_query<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
-    pub mode: u32,
-    /// The tree.
-    pub tree: Option<&'t punctual_tree>,
-    /// The ray.
-    pub ray: punctual_ray,
-    /// Not 0: ask whether the ray starts inside the solid, too. 0 by default.
-    pub solid: u64,
-}
-
-grows!(punctual_ray_query<'_>: size, ray..solid);
-
-/// The answer of a ray query, wherever it stopped. All hits stay in the workspace:
-/// `punctual_workspace_ray_hits`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_ray_cast {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// The nearest hit of those found; for RAY_MODE_ANY the one found.
-    pub hit: punctual_ray_hit,
-    /// Hits found, resumed calls and drained hits included; for RAY_MODE_NEAREST those that were
-    /// compared.
-    pub found: u64,
-    /// Proven: every hit that was not found is at this parameter or after it. For RAY_MODE_NEAREST
-    /// never after the hit that was found. Infinite if there is none.
-    pub free_until: f64,
-    /// Why the query returned.
-    pub stop: punctual_stop_reason,
-    /// What it has done.
-    pub stats: punctual_stats,
-    /// A `punctual_inside`: whether the ray starts inside the solid or on its surface;
-    /// INSIDE_UNDECIDED if that was not asked, the tree was not built as a solid, or the budget
-    /// ended first.
-    pub starts_inside: u64,
-}
-
-grows!(punctual_ray_cast: size, hit..starts_inside);
-
-/// The question what each of many rays hits, answered one after the other within one budget, in
-/// less time than a query for each. Plain data, made by `punctual_ray_batch_new`; it borrows the
-/// tree and the rays. To resume it all of it, and the rays, must be what they were.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_ray_batch<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// RAY_MODE_NEAREST, by default, or RAY_MODE_ANY.
-    pub mode: u32,
-    /// The tree.
-    pub tree: Option<&'t punctual_tree>,
-    /// The rays.
-    pub rays: *const punctual_ray,
-    /// How many.
-    pub count: usize,
-}
-
-grows!(punctual_ray_batch<'_>: size, count..count);
-
-/// The answer for many rays; their hits are in the caller's array.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_ray_batch_outcome {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// The first so many rays are done and their hits are written.
-    pub done: usize,
-    /// Why it returned.
-    pub stop: punctual_stop_reason,
-    /// What it has done for all rays.
-    pub stats: punctual_stats,
-}
-
-grows!(punctual_ray_batch_outcome: size, done..stats);
 
 /// The half-line from a point in a direction. Checked when it is used.
 #[unsafe(no_mangle)]
@@ -185,20 +156,6 @@ pub extern "C" fn punctual_ray_segment(from: punctual_point, to: punctual_point)
     punctual_ray {
         is_segment: 1,
         ..punctual_ray_new(from, to)
-    }
-}
-
-impl Default for punctual_ray_query<'_> {
-    fn default() -> Self {
-        let nowhere = DVec3::ZERO.into();
-        let ray = punctual_ray_new(nowhere, nowhere);
-        Self {
-            size: Self::SIZE,
-            mode: punctual_ray_mode::Nearest as u32,
-            tree: None,
-            ray,
-            solid: 0,
-        }
     }
 }
 
@@ -230,34 +187,16 @@ question! {
 calls! {
     /// Forgets the hits, so that a query that stopped with PAIRS_FULL can be resumed. Copy them
     /// first.
-    fn punctual_workspace_drain_ray_hits(workspace: Option<&mut punctual_workspace>) {
-        set(workspace, "workspace", |workspace| drop(workspace.drain_ray_hits()))
-    }
+    change punctual_workspace_drain_ray_hits(workspace: punctual_workspace) =
+        drop(workspace.drain_ray_hits());
 
     /// Makes room for at least so many hits, 24 bytes each.
     ///
     /// Fails with OUT_OF_MEMORY if there is not that much.
-    fn punctual_workspace_reserve_ray_hits(
-        workspace: Option<&mut punctual_workspace>, hits: usize
-    ) {
-        change(workspace, "workspace", |workspace| {
-            find_room([(hits, size_of::<RayHit>())])?;
-            workspace.reserve_ray_hits(hits);
-            Ok(())
-        })
-    }
-}
-
-impl Default for punctual_ray_batch<'_> {
-    fn default() -> Self {
-        Self {
-            size: Self::SIZE,
-            mode: punctual_ray_mode::Nearest as u32,
-            tree: None,
-            rays: null(),
-            count: 0,
-        }
-    }
+    change punctual_workspace_reserve_ray_hits(workspace: punctual_workspace, hits: usize) = {
+        find_room([(hits, size_of::<RayHit>())])?;
+        workspace.reserve_ray_hits(hits)
+    };
 }
 
 inits! {
@@ -406,7 +345,7 @@ impl<'t> punctual_ray_batch<'t> {
 impl punctual_ray {
     /// `what` and `index` name it for the error.
     pub(crate) fn check(&self, what: &'static str, index: Option<usize>) -> Result<Ray, Fault> {
-        let [origin, target] = [self.origin, self.target].map(|point| [point.x, point.y, point.z]);
+        let [origin, target] = [self.origin, self.target].map(punctual_point::numbers);
         let ray = if self.is_segment != 0 {
             Ray::segment(origin, target)
         } else {
@@ -429,52 +368,6 @@ impl<'t> punctual_ray_query<'t> {
 
 pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<RayMode, Fault> {
     value_of(value, what, &[RayMode::Nearest, RayMode::Any, RayMode::All])
-}
-
-impl From<Option<RayHit>> for punctual_ray_hit {
-    fn from(hit: Option<RayHit>) -> Self {
-        let Some(RayHit {
-            triangle, t, side, ..
-        }) = hit
-        else {
-            return Self {
-                triangle: PUNCTUAL_NO_TRIANGLE,
-                side: punctual_side::Front,
-                t: f64::INFINITY,
-            };
-        };
-        let side = match side {
-            Side::Front => punctual_side::Front,
-            Side::Back => punctual_side::Back,
-            Side::Edge => punctual_side::Edge,
-        };
-        Self { triangle, side, t }
-    }
-}
-
-impl From<Answer<RayBounds>> for punctual_ray_cast {
-    fn from(cast: Answer<RayBounds>) -> Self {
-        Self {
-            size: Self::SIZE,
-            hit: cast.value.hit.into(),
-            found: cast.stats.found,
-            free_until: cast.value.free_until,
-            stop: cast.stop.into(),
-            stats: cast.stats.into(),
-            starts_inside: punctual_inside::from(cast.value.starts_inside) as u64,
-        }
-    }
-}
-
-impl From<Answer<usize>> for punctual_ray_batch_outcome {
-    fn from(outcome: Answer<usize>) -> Self {
-        Self {
-            size: Self::SIZE,
-            done: outcome.value,
-            stop: outcome.stop.into(),
-            stats: outcome.stats.into(),
-        }
-    }
 }
 
 lists! {

@@ -2,15 +2,16 @@
 //! is free.
 
 use crate::arrays::{array, fill, path, room, text};
-use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::budget::{punctual_budget, punctual_clock};
 use crate::distance::finite;
-use crate::handle::{Handle, change, get, put};
+use crate::handle::{change, get};
 use crate::outcome::punctual_stop_reason;
 use crate::pose::{punctual_point, punctual_pose};
-use crate::sized::{fill_rows, grows, place};
-use crate::status::{Fault, free, given};
+use crate::robot_motion::punctual_trajectory;
+use crate::sized::{Place, Sized32, fill_rows, place};
+use crate::status::{Fault, given};
 use crate::tree::punctual_tree;
-use crate::verbs::calls;
+use crate::verbs::{calls, handles, types};
 use ::punctual_robot::{
     Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Margin, Model,
     NearPair, NearPairs, Outcome, RobotError, Shape, ShapeId, Track, UrdfOptions, braking_time,
@@ -24,126 +25,102 @@ use std::sync::Arc;
 /// No shape of a robot.
 pub const PUNCTUAL_NO_SHAPE: u32 = u32::MAX;
 
-/// A robot among obstacles, with all that one thread needs to ask about it. Lengths are in metres,
-/// angles in radians. A configuration has a number for each joint that moves and follows no other,
-/// in the order of the URDF file.
-#[derive(Debug)]
-pub struct punctual_robot(pub(crate) Handle<Checker>);
+handles! {
+    /// A robot among obstacles, with all that one thread needs to ask about it. Lengths are in
+    /// metres, angles in radians. A configuration has a number for each joint that moves and
+    /// follows no other, in the order of the URDF file.
+    punctual_robot(Checker);
 
-/// What is known of a configuration or a motion.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_robot_verdict {
-    /// The budget ended first, or shapes come too near to be told apart.
-    Undecided = 0,
-    /// Proven: no two shapes meet.
-    Free = 1,
-    /// Proven: two shapes meet.
-    Contact = 2,
+    /// Frees a robot; null is fine.
+    punctual_robot_free(robot);
 }
 
-/// Whether a configuration collides.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_robot_collision {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// The answer.
-    pub verdict: punctual_robot_verdict,
-    /// The shapes that meet, or PUNCTUAL_NO_SHAPE twice.
-    pub shapes: [u32; 2],
-    /// Why the call returned.
-    pub stop: punctual_stop_reason,
-    /// Units of work done.
-    pub work: u64,
+types! {
+    /// What is known of a configuration or a motion.
+    enum punctual_robot_verdict from EdgeAnswer {
+        /// The budget ended first, or shapes come too near to be told apart.
+        Undecided = 0,
+        /// Proven: no two shapes meet.
+        Free = 1,
+        /// Proven: two shapes meet.
+        Contact = 2,
+    }
+
+    /// Whether a configuration collides.
+    told punctual_robot_collision(stop) from (found: Outcome<Collision>) {
+        /// The answer.
+        verdict: punctual_robot_verdict = said(found.value).0,
+        /// The shapes that meet, or PUNCTUAL_NO_SHAPE twice.
+        shapes: [u32; 2] = said(found.value).1,
+        /// Why the call returned.
+        stop: punctual_stop_reason = found.stop.into(),
+        /// Units of work done.
+        work: u64 = found.work,
+    }
+
+    /// The least distance of all pairs of shapes: `low <= distance <= high`, in metres, whenever it
+    /// stopped.
+    told punctual_robot_clearance(normal) from (found: Outcome<Clearance>) {
+        /// Why the call returned.
+        stop: punctual_stop_reason = found.stop.into(),
+        /// Proven; infinite if no pair is asked.
+        low: f64 = found.value.low,
+        /// Proven; infinite if nothing was measured yet.
+        high: f64 = found.value.high,
+        /// The closest shapes found, or PUNCTUAL_NO_SHAPE twice.
+        shapes: [u32; 2] = numbers(found.value.pair),
+        /// Their closest points, in the world; the origin if one holds the other.
+        points: [punctual_point; 2] = found.value.points.map(Into::into),
+        /// The unit vector from the first of them to the second; 0 if they are one point.
+        normal: punctual_point = found.value.normal.into(),
+        /// Units of work done.
+        work: u64 = found.work,
+    }
+
+    /// A pair of shapes that are near each other: `low <= what is left of their distance above
+    /// their margin <= high`, in metres.
+    row punctual_robot_near_pair(normal) from (near: NearPair) {
+        /// The shapes, the lower one first.
+        shapes: [u32; 2] = numbers(Some(near.pair)),
+        /// Proven.
+        low: f64 = near.low,
+        /// Proven.
+        high: f64 = near.high,
+        /// Their closest points, in the world; the origin if one holds the other.
+        points: [punctual_point; 2] = near.points.map(Into::into),
+        /// The unit vector from the first of them to the second; 0 if they are one point.
+        normal: punctual_point = near.normal.into(),
+    }
+
+    /// What `punctual_robot_near_pairs` found.
+    told punctual_robot_near(work) {
+        /// Why the call returned.
+        stop: punctual_stop_reason,
+        /// Number of pairs.
+        count: usize,
+        /// Proven: no less is left of the pairs that were not found; `within` at least, unless the
+        /// budget ended first.
+        beyond: f64,
+        /// Units of work done.
+        work: u64,
+    }
+
+    /// What is known of a motion. Times are shares of an edge (0 to 1), or seconds of a horizon.
+    told punctual_robot_motion(stop) from (found: Outcome<Edge>) {
+        /// The answer for all of the motion.
+        verdict: punctual_robot_verdict = found.value.answer.into(),
+        /// Proven: no contact before.
+        free_until: f64 = found.value.free_until,
+        /// Proven: contact then; infinite if none was found.
+        touching_at: f64 = found.value.touching_at.unwrap_or(f64::INFINITY),
+        /// The shapes that meet then, or PUNCTUAL_NO_SHAPE twice.
+        shapes: [u32; 2] = numbers(found.value.pair),
+        /// Why the call returned.
+        stop: punctual_stop_reason = found.stop.into(),
+        /// Units of work done.
+        work: u64 = found.work,
+    }
 }
-
-grows!(punctual_robot_collision: size, stop..work);
-
-/// The least distance of all pairs of shapes: `low <= distance <= high`, in metres, whenever it
-/// stopped.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_robot_clearance {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Why the call returned.
-    pub stop: punctual_stop_reason,
-    /// Proven; infinite if no pair is asked.
-    pub low: f64,
-    /// Proven; infinite if nothing was measured yet.
-    pub high: f64,
-    /// The closest shapes found, or PUNCTUAL_NO_SHAPE twice.
-    pub shapes: [u32; 2],
-    /// Their closest points, in the world; the origin if one holds the other.
-    pub points: [punctual_point; 2],
-    /// The unit vector from the first of them to the second; 0 if they are one point.
-    pub normal: punctual_point,
-    /// Units of work done.
-    pub work: u64,
-}
-
-grows!(punctual_robot_clearance: size, normal..work);
-
-/// A pair of shapes that are near each other: `low <= what is left of their distance above their
-/// margin <= high`, in metres.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_robot_near_pair {
-    /// The shapes, the lower one first.
-    pub shapes: [u32; 2],
-    /// Proven.
-    pub low: f64,
-    /// Proven.
-    pub high: f64,
-    /// Their closest points, in the world; the origin if one holds the other.
-    pub points: [punctual_point; 2],
-    /// The unit vector from the first of them to the second; 0 if they are one point.
-    pub normal: punctual_point,
-}
-
-grows!(punctual_robot_near_pair: normal..normal);
-
-/// What `punctual_robot_near_pairs` found.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_robot_near {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Why the call returned.
-    pub stop: punctual_stop_reason,
-    /// Number of pairs.
-    pub count: usize,
-    /// Proven: no less is left of the pairs that were not found; `within` at least, unless the
-    /// budget ended first.
-    pub beyond: f64,
-    /// Units of work done.
-    pub work: u64,
-}
-
-grows!(punctual_robot_near: size, work..work);
-
-/// What is known of a motion. Times are shares of an edge (0 to 1), or seconds of a horizon.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_robot_motion {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// The answer for all of the motion.
-    pub verdict: punctual_robot_verdict,
-    /// Proven: no contact before.
-    pub free_until: f64,
-    /// Proven: contact then; infinite if none was found.
-    pub touching_at: f64,
-    /// The shapes that meet then, or PUNCTUAL_NO_SHAPE twice.
-    pub shapes: [u32; 2],
-    /// Why the call returned.
-    pub stop: punctual_stop_reason,
-    /// Units of work done.
-    pub work: u64,
-}
-
-grows!(punctual_robot_motion: size, stop..work);
 
 calls! {
     /// Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs
@@ -153,10 +130,9 @@ calls! {
     /// collides. What is not heeded in the files, `punctual_robot_notices` tells.
     ///
     /// Fails with BAD_FILE; the text names the file, the line, and the link or joint.
-    unsafe fn punctual_robot_from_urdf(
-        urdf: *const c_char, srdf: *const c_char, packages: *const c_char, solids: u32,
-        robot: Option<&mut MaybeUninit<Option<Box<punctual_robot>>>>
-    ) {
+    unsafe make punctual_robot_from_urdf(
+        urdf: *const c_char, srdf: *const c_char, packages: *const c_char, solids: u32
+    ) -> robot: punctual_robot = {
         let mut options = UrdfOptions::default();
         options.solids = solids != 0;
         // SAFETY: the contract of the header for texts.
@@ -169,17 +145,8 @@ calls! {
             }
             path(urdf, "urdf")
         }?;
-        put(robot, || {
-            let model = Model::from_urdf(urdf, &options)?;
-            Ok(punctual_robot(Handle::new(Checker::new(Arc::new(model)))))
-        })
-    }
-}
-
-/// Frees a robot; null is fine.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_robot_free(robot: Option<Box<punctual_robot>>) {
-    free(robot);
+        Checker::new(Arc::new(Model::from_urdf(urdf, &options)?))
+    };
 }
 
 calls! {
@@ -283,23 +250,14 @@ calls! {
     /// Moves an obstacle to another pose, in the frame in which it was added.
     ///
     /// Fails with BAD_ARGUMENT if there is no such obstacle, and as `punctual_robot_add`.
-    fn punctual_robot_move(robot: Option<&mut punctual_robot>, shape: u32, pose: punctual_pose) {
-        let pose = pose.check()?;
-        change(robot, "robot", |robot| {
-            let id = robot.id(shape).ok_or(RobotError::NoObstacle)?;
-            Ok(robot.move_to(id, pose)?)
-        })
-    }
+    change punctual_robot_move(robot: punctual_robot, shape: u32, pose: punctual_pose) =
+        robot.move_to(obstacle(robot, shape)?, pose.check()?)?;
 
     /// Removes an obstacle.
     ///
     /// Fails with BAD_ARGUMENT if there is no such obstacle.
-    fn punctual_robot_remove(robot: Option<&mut punctual_robot>, shape: u32) {
-        change(robot, "robot", |robot| {
-            let id = robot.id(shape).ok_or(RobotError::NoObstacle)?;
-            Ok(robot.remove(id)?)
-        })
-    }
+    change punctual_robot_remove(robot: punctual_robot, shape: u32) =
+        robot.remove(obstacle(robot, shape)?)?;
 
     /// Makes an obstacle in the world move by itself, from a pose at time 0 on: with a linear
     /// velocity (m/s), and turning about its origin with an angular one (rad/s), both in the frame
@@ -309,17 +267,14 @@ calls! {
     ///
     /// Fails with BAD_ARGUMENT if there is no such obstacle, it is attached to a link, or a number
     /// is not finite, and with BAD_POSE.
-    fn punctual_robot_move_along(
-        robot: Option<&mut punctual_robot>, shape: u32, pose: punctual_pose, linear: punctual_point,
+    change punctual_robot_move_along(
+        robot: punctual_robot, shape: u32, pose: punctual_pose, linear: punctual_point,
         angular: punctual_point, reach: f64, reach_speed: f64
-    ) {
-        let [linear, angular] = [linear, angular].map(|v| [v.x, v.y, v.z]);
-        let track = Track::velocity(&pose.check()?, linear, angular)?.reach(reach, reach_speed)?;
-        change(robot, "robot", |robot| {
-            let id = robot.id(shape).ok_or(RobotError::NoObstacle)?;
-            Ok(robot.move_along(id, track)?)
-        })
-    }
+    ) = {
+        let track = Track::velocity(&pose.check()?, linear.numbers(), angular.numbers())?;
+        let track = track.reach(reach, reach_speed)?;
+        robot.move_along(obstacle(robot, shape)?, track)?
+    };
 
     /// Sets how far apart shapes must be, in metres: 0 at first. Shapes that are no farther apart
     /// count as in contact; a clearance is what is left above the margin. With `name` null it is
@@ -349,6 +304,19 @@ calls! {
         change(robot, "robot", |robot| Ok(robot.set_margin(of, margin)?))
     }
 
+    /// Tells whether two links or obstacles may touch: pairs that may (not 0) are not checked. What
+    /// was told last of a pair counts, before what the files and `punctual_robot_add` say; pairs
+    /// that never move relative to each other stay unchecked. Lists all pairs anew.
+    ///
+    /// Fails with BAD_ARGUMENT if there is no link or obstacle of a name.
+    unsafe fn punctual_robot_allow(
+        robot: Option<&mut punctual_robot>, x: *const c_char, y: *const c_char, may_touch: u32
+    ) {
+        // SAFETY: the contract of the header for texts.
+        let names = unsafe { [text(x, "x")?, text(y, "y")?] };
+        change(robot, "robot", |robot| Ok(robot.allow(names, may_touch != 0)?))
+    }
+
     /// Whether a configuration of `joints` values collides, within a budget; `clock` may be null:
     /// the clock of the system. It does not lock or panic, and allocates nothing but room for more
     /// pairs or intervals than ever before.
@@ -363,11 +331,8 @@ calls! {
         // SAFETY: the contract of the header for arrays, structs and clocks.
         unsafe {
             let (values, out) = (array(values, joints, "values")?, place(collision, "collision")?);
-            out.write(
-                ask(robot, budget, clock, |robot, budget| robot.collide(values, budget))?.into(),
-            );
+            ask(robot, budget, clock, out, |robot, budget| robot.collide(values, budget))
         }
-        Ok(())
     }
 
     /// The least distance of all pairs of shapes at a configuration: bounds that are `tolerance`
@@ -385,12 +350,10 @@ calls! {
         // SAFETY: the contract of the header for arrays, structs and clocks.
         unsafe {
             let (values, out) = (array(values, joints, "values")?, place(clearance, "clearance")?);
-            let found = ask(robot, budget, clock, |robot, budget| {
+            ask(robot, budget, clock, out, |robot, budget| {
                 robot.clearance(values, &options, budget)
-            })?;
-            out.write(found.into());
+            })
         }
-        Ok(())
     }
 
     /// All pairs of shapes of which no more than `within` metres is left above their margin, by
@@ -415,7 +378,7 @@ calls! {
         // SAFETY: the contract of the header for arrays, structs and clocks.
         unsafe {
             let (values, out) = (array(values, joints, "values")?, place(near, "near")?);
-            let outcome = ask(robot, budget, clock, |robot, budget| {
+            let outcome = spend(robot, budget, clock, |robot, budget| {
                 robot.near_pairs(values, within, &options, budget, &mut found)
             })?;
             let rows = found.pairs.iter().copied();
@@ -444,20 +407,33 @@ calls! {
         first: u32, budget: punctual_budget, clock: Option<&punctual_clock>,
         motion: *mut punctual_robot_motion
     ) {
-        let options = match first {
-            0 => EdgeOptions::any(),
-            _ => EdgeOptions::first(),
-        };
+        let options = edge_options(first);
         // SAFETY: the contract of the header for arrays, structs and clocks.
         unsafe {
             let (from, to) = (array(from, joints, "from")?, array(to, joints, "to")?);
             let out = place(motion, "motion")?;
-            let found = ask(robot, budget, clock, |robot, budget| {
-                robot.edge(from, to, &options, budget)
-            })?;
-            out.write(found.into());
+            ask(robot, budget, clock, out, |robot, budget| robot.edge(from, to, &options, budget))
         }
-        Ok(())
+    }
+
+    /// Whether a motion along polynomials of time is free, as `punctual_robot_edge` for a line;
+    /// times are in seconds. Pieces need not join; both ends of each count. Goes on by
+    /// `punctual_robot_edge_resume`.
+    ///
+    /// Fails with BAD_ARGUMENT if it has another number of joints, or no piece.
+    unsafe fn punctual_robot_follow(
+        robot: Option<&mut punctual_robot>, trajectory: Option<&punctual_trajectory>, first: u32,
+        budget: punctual_budget, clock: Option<&punctual_clock>, motion: *mut punctual_robot_motion
+    ) {
+        let trajectory = get(trajectory, "trajectory")?;
+        let options = edge_options(first);
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let out = place(motion, "motion")?;
+            ask(robot, budget, clock, out, |robot, budget| {
+                robot.trajectory(trajectory, &options, budget)
+            })
+        }
     }
 
     /// Continues the last edge, which its budget has stopped. However it is cut into pieces by work
@@ -472,9 +448,8 @@ calls! {
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let out = place(motion, "motion")?;
-            out.write(ask(robot, budget, clock, |robot, budget| robot.resume_edge(budget))?.into());
+            ask(robot, budget, clock, out, |robot, budget| robot.resume_edge(budget))
         }
-        Ok(())
     }
 
     /// For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most
@@ -493,12 +468,10 @@ calls! {
             let values = array(values, joints, "values")?;
             let velocity = array(velocity, joints, "velocity")?;
             let out = place(motion, "motion")?;
-            let found = ask(robot, budget, clock, |robot, budget| {
+            ask(robot, budget, clock, out, |robot, budget| {
                 robot.horizon(values, velocity, seconds, budget)
-            })?;
-            out.write(found.into());
+            })
         }
-        Ok(())
     }
 
     /// The seconds in which joints with these velocities stop, all in proportion, so that they stay
@@ -526,88 +499,58 @@ pub extern "C" fn punctual_robot_safe_speed(free_until: f64, cycle: f64, braking
     safe_speed(free_until, cycle, braking)
 }
 
-/// Asks within a budget.
+/// Asks within a budget, and writes the answer.
 ///
 /// # Safety
-/// Until it returns, the function of the clock may be called with its context on this thread.
-unsafe fn ask<T>(
+/// That of [`punctual_budget::spend`].
+unsafe fn ask<T, W: Sized32 + From<Outcome<T>>>(
     robot: Option<&mut punctual_robot>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
+    out: Place<W>,
     ask: impl FnOnce(&mut Checker, ClockedBudget<'_>) -> Result<Outcome<T>, RobotError>,
-) -> Result<Outcome<T>, Fault> {
+) -> Result<(), Fault> {
     // SAFETY: the caller's promise.
-    let clock = unsafe { AnyClock::new(clock) }?;
-    let budget = budget.check()?;
-    let robot = given(robot, "robot")?;
-    robot
-        .0
-        .change("robot", |robot| Ok(ask(robot, budget.clock(&clock))?))
+    out.write(unsafe { spend(robot, budget, clock, ask) }?.into());
+    Ok(())
+}
+
+/// Asks within a budget.
+///
+/// # Safety
+/// That of [`punctual_budget::spend`].
+pub(crate) unsafe fn spend<T>(
+    robot: Option<&mut punctual_robot>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    ask: impl FnOnce(&mut Checker, ClockedBudget<'_>) -> Result<T, RobotError>,
+) -> Result<T, Fault> {
+    let spend = |budget: ClockedBudget<'_>| change(robot, "robot", |robot| Ok(ask(robot, budget)?));
+    // SAFETY: the caller's promise.
+    unsafe { budget.spend(clock, spend) }
+}
+
+fn edge_options(first: u32) -> EdgeOptions {
+    match first {
+        0 => EdgeOptions::any(),
+        _ => EdgeOptions::first(),
+    }
+}
+
+/// The shape of this number.
+fn obstacle(robot: &Checker, shape: u32) -> Result<ShapeId, RobotError> {
+    robot.id(shape).ok_or(RobotError::NoObstacle)
+}
+
+/// The verdict of a configuration, and its shapes.
+fn said(found: Collision) -> (punctual_robot_verdict, [u32; 2]) {
+    match found {
+        Collision::Free => (punctual_robot_verdict::Free, numbers(None)),
+        Collision::Contact(pair) => (punctual_robot_verdict::Contact, numbers(Some(pair))),
+        Collision::Undecided => (punctual_robot_verdict::Undecided, numbers(None)),
+    }
 }
 
 fn numbers(pair: Option<[ShapeId; 2]>) -> [u32; 2] {
     pair.map_or([PUNCTUAL_NO_SHAPE; 2], |pair| pair.map(ShapeId::number))
-}
-
-impl From<Outcome<Collision>> for punctual_robot_collision {
-    fn from(found: Outcome<Collision>) -> Self {
-        let (verdict, pair) = match found.value {
-            Collision::Free => (punctual_robot_verdict::Free, None),
-            Collision::Contact(pair) => (punctual_robot_verdict::Contact, Some(pair)),
-            Collision::Undecided => (punctual_robot_verdict::Undecided, None),
-        };
-        Self {
-            size: Self::SIZE,
-            verdict,
-            shapes: numbers(pair),
-            stop: found.stop.into(),
-            work: found.work,
-        }
-    }
-}
-
-impl From<Outcome<Clearance>> for punctual_robot_clearance {
-    fn from(found: Outcome<Clearance>) -> Self {
-        Self {
-            size: Self::SIZE,
-            stop: found.stop.into(),
-            low: found.value.low,
-            high: found.value.high,
-            shapes: numbers(found.value.pair),
-            points: found.value.points.map(Into::into),
-            normal: found.value.normal.into(),
-            work: found.work,
-        }
-    }
-}
-
-impl From<NearPair> for punctual_robot_near_pair {
-    fn from(near: NearPair) -> Self {
-        Self {
-            shapes: numbers(Some(near.pair)),
-            low: near.low,
-            high: near.high,
-            points: near.points.map(Into::into),
-            normal: near.normal.into(),
-        }
-    }
-}
-
-impl From<Outcome<Edge>> for punctual_robot_motion {
-    fn from(found: Outcome<Edge>) -> Self {
-        let verdict = match found.value.answer {
-            EdgeAnswer::Free => punctual_robot_verdict::Free,
-            EdgeAnswer::Contact => punctual_robot_verdict::Contact,
-            EdgeAnswer::Undecided => punctual_robot_verdict::Undecided,
-        };
-        Self {
-            size: Self::SIZE,
-            verdict,
-            free_until: found.value.free_until,
-            touching_at: found.value.touching_at.unwrap_or(f64::INFINITY),
-            shapes: numbers(found.value.pair),
-            stop: found.stop.into(),
-            work: found.work,
-        }
-    }
 }

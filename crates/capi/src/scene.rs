@@ -2,178 +2,127 @@
 
 use crate::arrays::{array, find_room};
 use crate::body::{punctual_body, punctual_body_id};
-use crate::budget::{AnyClock, punctual_budget, punctual_clock};
-use crate::handle::{Handle, change, get, put, set};
+use crate::budget::{punctual_budget, punctual_clock};
+use crate::handle::{change, get};
 use crate::outcome::{nanoseconds, punctual_verdict, verdict};
 use crate::pose::punctual_pose;
 use crate::query::check_mode;
-use crate::sized::{fill_rows, grows, place, read};
-use crate::status::{Fault, free, given, value_of};
+use crate::sized::{fill_rows, place, read};
+use crate::status::{Fault, given, value_of};
 use crate::tree::punctual_tree;
-use crate::verbs::{calls, lists};
+use crate::verbs::{calls, handles, lists, types};
 use crate::workspace::punctual_triangle_pair;
 use ::punctual_scene::{Filter, PairCertificate, PairReport, Reach, Report, Scene};
 use core::mem::MaybeUninit;
+use punctual::clock::ClockedBudget;
 use std::sync::Arc;
 
-/// Bodies that move, and the question which of them meet. One thread at a time may use it; it may
-/// start threads of its own.
-#[derive(Debug)]
-pub struct punctual_scene(pub(crate) Handle<Scene>);
+handles! {
+    /// Bodies that move, and the question which of them meet. One thread at a time may use it; it
+    /// may start threads of its own.
+    punctual_scene(Scene);
+
+    /// Frees a scene and ends its threads; null is fine.
+    punctual_scene_free(scene);
+}
 
 /// A slip of the caller's must not take all threads of the machine.
 const MAX_THREADS: usize = 1024;
 
-/// Which boxes the broad phase compares.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_reach {
-    /// Those around the bodies where they are: pairs that are not reported do not meet.
-    Here = 0,
-    /// Swept boxes: each covers a body's motion since the previous frame, at a constant velocity
-    /// and turn between its two poses. Pairs that may have met in between are reported as well,
-    /// with what is true of them here.
-    Swept = 1,
-}
+types! {
+    /// Which boxes the broad phase compares.
+    enum punctual_reach {
+        /// Those around the bodies where they are: pairs that are not reported do not meet.
+        Here = 0,
+        /// Swept boxes: each covers a body's motion since the previous frame, at a constant
+        /// velocity and turn between its two poses. Pairs that may have met in between are reported
+        /// as well, with what is true of them here.
+        Swept = 1,
+    }
 
-/// What is known about two bodies whose boxes overlap.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_pair_report {
-    /// The body of the lower index: A of the pair.
-    pub a: punctual_body_id,
-    /// The other one.
-    pub b: punctual_body_id,
-    /// Whether their surfaces meet, in this frame.
-    pub verdict: punctual_verdict,
-    /// Whether nothing is left to find, of its distance and its time of impact too, if they are
-    /// asked for. Undecided all the same if rounding hides whether bodies with margins meet, or
-    /// bodies in motion at its start.
-    pub complete: bool,
-    /// If they meet, two triangles that do; if they come within their margins, two that do; else
-    /// zeros.
-    pub witness: punctual_triangle_pair,
-    /// How far apart the witness is at most, in the length unit of the scene, margins not
-    /// subtracted: 0 if they intersect, above 0 and no more than the margins if they come within
-    /// them, and infinite without a witness.
-    pub witness_distance: f64,
-    /// Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with margins,
-    /// whose witness counts.
-    pub found: u64,
-    /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair is
-    /// complete all the same.
-    pub probability: f64,
-    /// Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0 if
-    /// nothing was found, and between them otherwise.
-    pub recall: f64,
-    /// Frames since it was decided: 0 if it was in this one.
-    pub age: u64,
-}
-
-grows!(punctual_pair_report: witness..age);
-
-impl From<&PairReport> for punctual_pair_report {
-    fn from(pair: &PairReport) -> Self {
-        let witness_distance = pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
-        let (verdict, witness) = verdict(pair.verdict);
-        let [a, b] = [pair.a, pair.b].map(Into::into);
-        Self {
-            a,
-            b,
-            verdict,
-            complete: pair.complete,
-            witness,
-            witness_distance,
-            found: pair.found,
-            probability: pair.probability,
-            recall: pair.recall,
-            age: pair.age,
-        }
+    /// What is known about two bodies whose boxes overlap.
+    row punctual_pair_report(witness) from (pair: &PairReport) {
+        /// The body of the lower index: A of the pair.
+        a: punctual_body_id = pair.a.into(),
+        /// The other one.
+        b: punctual_body_id = pair.b.into(),
+        /// Whether their surfaces meet, in this frame.
+        verdict: punctual_verdict = verdict(pair.verdict).0,
+        /// Whether nothing is left to find, of its distance and its time of impact too, if they are
+        /// asked for. Undecided all the same if rounding hides whether bodies with margins meet, or
+        /// bodies in motion at its start.
+        complete: bool = pair.complete,
+        /// If they meet, two triangles that do; if they come within their margins, two that do;
+        /// else zeros.
+        witness: punctual_triangle_pair = verdict(pair.verdict).1,
+        /// How far apart the witness is at most, in the length unit of the scene, margins not
+        /// subtracted: 0 if they intersect, above 0 and no more than the margins if they come
+        /// within them, and infinite without a witness.
+        witness_distance: f64 = pair.verdict.witness_distance().unwrap_or(f64::INFINITY),
+        /// Intersecting pairs of triangles found; at most 1 for MODE_ANY, and of bodies with
+        /// margins, whose witness counts.
+        found: u64 = pair.found,
+        /// Probability that the surfaces meet, 0 to 1; 0 or 1 if that is decided, 0.5 if the pair
+        /// is complete all the same.
+        probability: f64 = pair.probability,
+        /// Expected share of the intersecting pairs of triangles that was found: 1 if complete, 0
+        /// if nothing was found, and between them otherwise.
+        recall: f64 = pair.recall,
+        /// Frames since it was decided: 0 if it was in this one.
+        age: u64 = pair.age,
     }
 }
 
-/// What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in
-/// `pairs` together, and may meet, do not: their boxes are apart. Otherwise the budget ended in the
-/// broad phase, which goes on in the next frame.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_report {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Frames so far, this one included.
-    pub frame: u64,
-    /// How many pairs `punctual_scene_pairs` has.
-    pub pair_count: usize,
-    /// How many of them are decided in this frame; the others are undecided.
-    pub decided: usize,
-    /// How many of them are proven to intersect.
-    pub intersecting: usize,
-    /// How many of them are proven to come within their margins; not among the intersecting ones.
-    pub within: usize,
-    /// How many of them are complete.
-    pub complete: usize,
-    /// The largest age of a pair.
-    pub worst_age: u64,
-    /// Bodies that changed or were removed and whose boxes are not up to date: the next frames
-    /// place them.
-    pub unplaced: usize,
-    /// Bodies that not all partners are known of: they moved on or were removed, and the search for
-    /// pairs is not at its end.
-    pub unpaired: usize,
-    /// Known pairs that were not looked at. They are not in `pairs`, and are undecided.
-    pub unlisted: usize,
-    /// Whether pairs were left out because there are as many as a scene keeps, 1,048,576.
-    pub is_full: bool,
-    /// Work of the queries, and 250 units for each that was begun.
-    pub work: u64,
-    /// Work of the broad phase: placing bodies, finding pairs and listing them.
-    pub broad_phase_work: u64,
-    /// BV tests of the queries.
-    pub bv_tests: u64,
-    /// Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a time
-    /// budget.
-    pub elapsed: i64,
-}
+types! {
+    /// What a frame found. If `unplaced`, `unpaired` and `unlisted` are 0, bodies that are not in
+    /// `pairs` together, and may meet, do not: their boxes are apart. Otherwise the budget ended in
+    /// the broad phase, which goes on in the next frame.
+    told punctual_report(frame) from (report: &Report) {
+        /// Frames so far, this one included.
+        frame: u64 = report.frame,
+        /// How many pairs `punctual_scene_pairs` has.
+        pair_count: usize = report.pairs.len(),
+        /// How many of them are decided in this frame; the others are undecided.
+        decided: usize = report.decided,
+        /// How many of them are proven to intersect.
+        intersecting: usize = report.intersecting,
+        /// How many of them are proven to come within their margins; not among the intersecting
+        /// ones.
+        within: usize = report.within,
+        /// How many of them are complete.
+        complete: usize = report.complete,
+        /// The largest age of a pair.
+        worst_age: u64 = report.worst_age,
+        /// Bodies that changed or were removed and whose boxes are not up to date: the next frames
+        /// place them.
+        unplaced: usize = report.unplaced,
+        /// Bodies that not all partners are known of: they moved on or were removed, and the search
+        /// for pairs is not at its end.
+        unpaired: usize = report.unpaired,
+        /// Known pairs that were not looked at. They are not in `pairs`, and are undecided.
+        unlisted: usize = report.unlisted,
+        /// Whether pairs were left out because there are as many as a scene keeps, 1,048,576.
+        is_full: bool = report.is_full,
+        /// Work of the queries, and 250 units for each that was begun.
+        work: u64 = report.work,
+        /// Work of the broad phase: placing bodies, finding pairs and listing them.
+        broad_phase_work: u64 = report.broad_phase_work,
+        /// BV tests of the queries.
+        bv_tests: u64 = report.bv_tests,
+        /// Time of the frame in nanoseconds; -1 if it was not measured, which it is only under a
+        /// time budget.
+        elapsed: i64 = nanoseconds(report.elapsed),
+    }
 
-grows!(punctual_report: size, frame..elapsed);
-
-impl From<&Report> for punctual_report {
-    fn from(report: &Report) -> Self {
-        Self {
-            size: Self::SIZE,
-            frame: report.frame,
-            pair_count: report.pairs.len(),
-            decided: report.decided,
-            intersecting: report.intersecting,
-            within: report.within,
-            complete: report.complete,
-            worst_age: report.worst_age,
-            unplaced: report.unplaced,
-            unpaired: report.unpaired,
-            unlisted: report.unlisted,
-            is_full: report.is_full,
-            work: report.work,
-            broad_phase_work: report.broad_phase_work,
-            bv_tests: report.bv_tests,
-            elapsed: nanoseconds(report.elapsed),
-        }
+    /// What is not known about a pair.
+    told punctual_pair_certificate(upper_bound) {
+        /// No more triangle pairs than this intersect.
+        upper_bound: u64,
+        /// Each intersection that was not found lies in a box no longer than this, in the length
+        /// unit of the scene.
+        largest_extent: f64,
     }
 }
-
-/// What is not known about a pair.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_pair_certificate {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// No more triangle pairs than this intersect.
-    pub upper_bound: u64,
-    /// Each intersection that was not found lies in a box no longer than this, in the length unit
-    /// of the scene.
-    pub largest_extent: f64,
-}
-
-grows!(punctual_pair_certificate: size, upper_bound..largest_extent);
 
 fn check_reach(reach: u32) -> Result<Reach, Fault> {
     value_of(reach, "reach", &[Reach::Here, Reach::Swept])
@@ -184,49 +133,33 @@ calls! {
     /// the number of all), `reach` a `punctual_reach`.
     ///
     /// Fails with BAD_ARGUMENT if one of them is unknown.
-    fn punctual_scene_new(
-        mode: u32, reach: u32, scene: Option<&mut MaybeUninit<Option<Box<punctual_scene>>>>
-    ) {
-        let reach = check_reach(reach)?;
-        let mode = check_mode(mode, "mode")?;
-        put(scene, || {
-            let mut scene = Scene::new();
-            scene.set_mode(mode);
-            scene.set_reach(reach);
-            Ok(punctual_scene(Handle::new(scene)))
-        })
-    }
+    make punctual_scene_new(mode: u32, reach: u32) -> scene: punctual_scene = {
+        let (mode, reach) = (check_mode(mode, "mode")?, check_reach(reach)?);
+        let mut scene = Scene::new();
+        scene.set_mode(mode);
+        scene.set_reach(reach);
+        scene
+    };
 
     /// Asks from the next frame on for any intersection of each pair, or for the number of all, by
     /// a `punctual_mode`. What earlier frames found does not answer another question.
     ///
     /// Fails with BAD_ARGUMENT if it is unknown.
-    fn punctual_scene_set_mode(scene: Option<&mut punctual_scene>, mode: u32) {
-        let mode = check_mode(mode, "mode")?;
-        set(scene, "scene", |scene| scene.set_mode(mode))
-    }
+    change punctual_scene_set_mode(scene: punctual_scene, mode: u32) =
+        scene.set_mode(check_mode(mode, "mode")?);
 
     /// Says which boxes the broad phase compares from the next frame on, by a `punctual_reach`.
     ///
     /// Fails with BAD_ARGUMENT if it is unknown.
-    fn punctual_scene_set_reach(scene: Option<&mut punctual_scene>, reach: u32) {
-        let reach = check_reach(reach)?;
-        set(scene, "scene", |scene| scene.set_reach(reach))
-    }
+    change punctual_scene_set_reach(scene: punctual_scene, reach: u32) =
+        scene.set_reach(check_reach(reach)?);
 
     /// Keeps no more than so many pairs of near bodies; by default, and at most, 1,048,576. A pair
     /// takes 88 bytes, and about 430 more from its first turn on. Pairs beyond that are left out,
     /// and `is_full` of the report says so, until an eighth of the room is free again. Those that
     /// are kept already stay.
-    fn punctual_scene_set_max_pairs(scene: Option<&mut punctual_scene>, pairs: usize) {
-        set(scene, "scene", |scene| scene.set_max_pairs(pairs))
-    }
-}
-
-/// Frees a scene and ends its threads; null is fine.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_free(scene: Option<Box<punctual_scene>>) {
-    free(scene);
+    change punctual_scene_set_max_pairs(scene: punctual_scene, pairs: usize) =
+        scene.set_max_pairs(pairs);
 }
 
 calls! {
@@ -235,25 +168,22 @@ calls! {
     ///
     /// Fails with BAD_ARGUMENT if they are more than 1024, with NO_THREAD if the operating system
     /// gives none; the scene then has those that it had.
-    fn punctual_scene_use_threads(scene: Option<&mut punctual_scene>, threads: usize) {
+    change punctual_scene_use_threads(scene: punctual_scene, threads: usize) = {
         if threads > MAX_THREADS {
             return Err(Fault::TooMany("threads", threads, MAX_THREADS));
         }
-        change(scene, "scene", |scene| Ok(scene.use_threads(threads)?))
-    }
+        scene.use_threads(threads)?
+    };
 
     /// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or
     /// nearly do. Within this room `punctual_scene_detect` does not allocate. Takes about 860 bytes
     /// a body and 960 a pair.
     ///
     /// Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
-    fn punctual_scene_reserve(scene: Option<&mut punctual_scene>, bodies: usize, pairs: usize) {
-        change(scene, "scene", |scene| {
-            find_room([(bodies, 2000), (pairs, 2000)])?; // more than it takes
-            scene.reserve(bodies, pairs);
-            Ok(())
-        })
-    }
+    change punctual_scene_reserve(scene: punctual_scene, bodies: usize, pairs: usize) = {
+        find_room([(bodies, 2000), (pairs, 2000)])?; // more than it takes
+        scene.reserve(bodies, pairs)
+    };
 
     /// Puts a body into the scene.
     ///
@@ -272,9 +202,8 @@ calls! {
 
     /// Takes a body out of the scene. As for all that follows, fails with NO_SUCH_BODY if it is not
     /// in it.
-    fn punctual_scene_remove(scene: Option<&mut punctual_scene>, id: punctual_body_id) {
-        change(scene, "scene", |scene| Ok(scene.remove(id.into()).map(drop)?))
-    }
+    change punctual_scene_remove(scene: punctual_scene, id: punctual_body_id) =
+        scene.remove(id.into())?;
 
     /// A body as it is now, but for `tree`, which is null: see `punctual_scene_tree`.
     unsafe fn punctual_scene_body(
@@ -287,31 +216,20 @@ calls! {
     }
 
     /// A new handle to the tree of a body, shared with the scene: the caller's, to be freed.
-    fn punctual_scene_tree(
-        scene: Option<&punctual_scene>, id: punctual_body_id,
-        tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>
-    ) {
-        let body = get(scene, "scene")?.body(id.into())?;
-        put(tree, || Ok(punctual_tree::new(Arc::clone(&body.tree))))
-    }
+    make punctual_scene_tree(scene: Option<&punctual_scene>, id: punctual_body_id)
+        -> tree: punctual_tree = Arc::clone(&get(scene, "scene")?.body(id.into())?.tree);
 
     /// Moves a body. Setting the pose that it already has is a no-op.
     ///
     /// Fails with BAD_POSE if the pose is refused; the body then stays where it was.
-    fn punctual_scene_set_pose(
-        scene: Option<&mut punctual_scene>, id: punctual_body_id, pose: punctual_pose
-    ) {
-        let pose = pose.check()?;
-        change(scene, "scene", |scene| Ok(scene.set_pose(id.into(), pose)?))
-    }
+    change punctual_scene_set_pose(
+        scene: punctual_scene, id: punctual_body_id, pose: punctual_pose
+    ) = scene.set_pose(id.into(), pose.check()?)?;
 
     /// Gives a body another tree.
-    fn punctual_scene_set_tree(
-        scene: Option<&mut punctual_scene>, id: punctual_body_id, tree: Option<&punctual_tree>
-    ) {
-        let tree = Arc::clone(get(tree, "tree")?);
-        change(scene, "scene", |scene| Ok(scene.set_tree(id.into(), tree)?))
-    }
+    change punctual_scene_set_tree(
+        scene: punctual_scene, id: punctual_body_id, tree: Option<&punctual_tree>
+    ) = scene.set_tree(id.into(), Arc::clone(get(tree, "tree")?))?;
 
     /// Moves the vertices of a body's mesh, as `punctual_tree_refit_f32`. If handles or other
     /// bodies share its tree, the body gets one of its own first.
@@ -339,20 +257,16 @@ calls! {
 
     /// Says whom a body may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both
     /// have a bit set.
-    fn punctual_scene_set_filter(
-        scene: Option<&mut punctual_scene>, id: punctual_body_id, groups: u32, mask: u32
-    ) {
-        change(scene, "scene", |scene| Ok(scene.set_filter(id.into(), Filter::new(groups, mask))?))
-    }
+    change punctual_scene_set_filter(
+        scene: punctual_scene, id: punctual_body_id, groups: u32, mask: u32
+    ) = scene.set_filter(id.into(), Filter::new(groups, mask))?;
 
     /// Says how much the pairs of a body matter.
     ///
     /// Fails with BAD_ARGUMENT if the importance is NaN.
-    fn punctual_scene_set_importance(
-        scene: Option<&mut punctual_scene>, id: punctual_body_id, importance: f32
-    ) {
-        change(scene, "scene", |scene| Ok(scene.set_importance(id.into(), importance)?))
-    }
+    change punctual_scene_set_importance(
+        scene: punctual_scene, id: punctual_body_id, importance: f32
+    ) = scene.set_importance(id.into(), importance)?;
 
     /// Finds out which bodies meet, within a budget for the whole frame. `clock` may be null: the
     /// clock of the system; with one of the caller's, all is done on the calling thread. `report`
@@ -367,25 +281,20 @@ calls! {
         scene: Option<&mut punctual_scene>, budget: punctual_budget, clock: Option<&punctual_clock>,
         report: *mut punctual_report
     ) {
-        let budget = budget.check()?;
-        // SAFETY: the contract of the header for clocks.
-        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
-        let report = if report.is_null() {
-            None
-        } else {
-            // SAFETY: that for structs.
-            Some(unsafe { place(report, "report") }?)
+        let report = match report.is_null() {
+            true => None,
+            // SAFETY: the contract of the header for structs.
+            false => Some(unsafe { place(report, "report") }?),
         };
-        change(scene, "scene", |scene| {
-            let found = match &clock {
-                Some(clock) => scene.detect(budget.clock(clock)),
-                None => scene.detect(budget),
-            };
+        let detect = |budget: ClockedBudget<'_>| change(scene, "scene", |scene| {
+            let found = scene.detect(budget);
             if let Some(report) = report {
                 report.write(found.into());
             }
             Ok(())
-        })
+        });
+        // SAFETY: that for clocks.
+        unsafe { budget.spend(clock, detect) }
     }
 
     /// What the last frame found.

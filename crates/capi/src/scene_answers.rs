@@ -2,172 +2,142 @@
 //! rays.
 
 use crate::body::punctual_body_id;
-use crate::budget::{AnyClock, punctual_budget, punctual_clock};
-use crate::handle::{change, set};
+use crate::budget::{punctual_budget, punctual_clock};
+use crate::handle::change;
 use crate::motion::punctual_motion;
 use crate::outcome::{nanoseconds, punctual_stop_reason};
 use crate::rays::{check_mode, punctual_ray, punctual_ray_hit, punctual_ray_query};
 use crate::scene::punctual_scene;
-use crate::sized::{grows, place, read};
+use crate::sized::{place, read};
 use crate::status::Fault;
-use crate::verbs::{calls, inits, lists};
+use crate::verbs::{calls, inits, lists, types};
 use crate::workspace::punctual_triangle_pair;
 use ::punctual_scene::{
     BodyContact, BodyHit, ContactPhase, Filter, PairDistance, PairPassage, SceneCast, SceneRay,
 };
 
-/// What becomes of a contact of two bodies in a frame.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_contact_phase {
-    /// They touched when it was last decided, and this frame has not decided it.
-    Undecided = 0,
-    /// They are proven to touch in this frame, and were not known to before.
-    Began = 1,
-    /// They are proven to touch again.
-    Persists = 2,
-    /// They are proven to be apart, or one was removed, or they may not meet any more, or both are
-    /// fixed and their distance is asked for no more.
-    Ended = 3,
+types! {
+    /// What becomes of a contact of two bodies in a frame.
+    enum punctual_contact_phase from ContactPhase {
+        /// They touched when it was last decided, and this frame has not decided it.
+        Undecided = 0,
+        /// They are proven to touch in this frame, and were not known to before.
+        Began = 1,
+        /// They are proven to touch again.
+        Persists = 2,
+        /// They are proven to be apart, or one was removed, or they may not meet any more, or both
+        /// are fixed and their distance is asked for no more.
+        Ended = 3,
+    }
+
+    /// A contact of two bodies. It begins and ends in frames that prove it; between two of them
+    /// bodies may have parted and met again unseen.
+    row punctual_body_contact(phase) from (contact: &BodyContact) {
+        /// The body of the lower index.
+        a: punctual_body_id = contact.a.into(),
+        /// The other one.
+        b: punctual_body_id = contact.b.into(),
+        /// What becomes of it in this frame.
+        phase: punctual_contact_phase = contact.phase.into(),
+        /// Frames since it began: 0 in the frame in which it did.
+        age: u64 = contact.age,
+    }
+
+    /// What is known of the distance of two bodies, in the length unit of the scene.
+    row punctual_pair_distance(high) from (pair: PairDistance) {
+        /// The body of the lower index.
+        a: punctual_body_id = pair.a.into(),
+        /// The other one.
+        b: punctual_body_id = pair.b.into(),
+        /// Proven: no point of one surface was closer to the other; 0 if nothing is known.
+        low: f64 = pair.low,
+        /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing
+        /// is known.
+        high: f64 = pair.high,
+        /// Whether triangles were found; if not, they are zeros.
+        has_triangles: bool = pair.triangles.is_some(),
+        /// The closest triangles that were found.
+        triangles: punctual_triangle_pair = pair.triangles.unwrap_or_default().into(),
+        /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame.
+        /// As many as there were if nothing is known.
+        age: u64 = pair.age,
+    }
+
+    /// Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1,
+    /// the end of their motions. If their distance is asked for too, that is the one at time 0.
+    row punctual_pair_passage(free_until) from (pair: PairPassage) {
+        /// The body of the lower index.
+        a: punctual_body_id = pair.a.into(),
+        /// The other one.
+        b: punctual_body_id = pair.b.into(),
+        /// Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if
+        /// the budget did not reach the pair.
+        free_until: f64 = pair.free_until,
+        /// Whether a contact was found (yet); if not, its time and the triangles are zeros.
+        touches: bool = pair.touching_at.is_some(),
+        /// Proven: they meet at this time.
+        touching_at: f64 = pair.touching_at.unwrap_or(0.0),
+        /// The triangles that meet then.
+        triangles: punctual_triangle_pair = pair.triangles.unwrap_or_default().into(),
+    }
+
+    /// The question which body a ray hits. Plain data, made by `punctual_scene_ray_new`.
+    asked punctual_scene_ray(ray) {
+        /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
+        mode: u32 = punctual_ray_query::default().mode,
+        /// The ray, in the coordinates of the scene.
+        ray: punctual_ray = punctual_ray_query::default().ray,
+        /// Only bodies that a body of these groups and this mask may meet are asked; all by
+        /// default.
+        groups: u32 = Filter::default().groups,
+        /// See `groups`; all by default.
+        mask: u32 = Filter::default().mask,
+        /// See `has_body`.
+        body: punctual_body_id = punctual_body_id::default(),
+        /// Not 0: only other bodies are asked that `body` may meet.
+        has_body: u32 = 0,
+    }
+
+    /// A triangle of a body that a ray meets.
+    plain punctual_body_hit from (hit: Option<BodyHit>) {
+        /// The body; zeros without a hit.
+        body: punctual_body_id = hit.map_or_else(Default::default, |hit| hit.body.into()),
+        /// The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same
+        /// in the scene.
+        on_body: punctual_ray_hit = hit.map(|hit| hit.on_body).into(),
+    }
+
+    /// Which body a ray hits, wherever the search stopped.
+    told punctual_scene_ray_cast(hit) from (cast: SceneCast) {
+        /// The nearest hit of those found; for RAY_MODE_ANY the one found.
+        hit: punctual_body_hit = cast.hit.into(),
+        /// How many triangles were found to be hit; for RAY_MODE_ALL those of
+        /// `punctual_scene_ray_hits`.
+        found: u64 = cast.found,
+        /// Proven: no hit that was not found lies before this parameter. Of a nearest hit that is
+        /// known, its own; infinite if nothing is left to be found.
+        free_until: f64 = cast.free_until,
+        /// Why it returned.
+        stop: punctual_stop_reason = cast.stop.into(),
+        /// Work done.
+        work: u64 = cast.work,
+        /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a
+        /// time budget.
+        elapsed: i64 = nanoseconds(cast.elapsed),
+    }
 }
-
-/// A contact of two bodies. It begins and ends in frames that prove it; between two of them bodies
-/// may have parted and met again unseen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_body_contact {
-    /// The body of the lower index.
-    pub a: punctual_body_id,
-    /// The other one.
-    pub b: punctual_body_id,
-    /// What becomes of it in this frame.
-    pub phase: punctual_contact_phase,
-    /// Frames since it began: 0 in the frame in which it did.
-    pub age: u64,
-}
-
-grows!(punctual_body_contact: phase..age);
-
-/// What is known of the distance of two bodies, in the length unit of the scene.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_pair_distance {
-    /// The body of the lower index.
-    pub a: punctual_body_id,
-    /// The other one.
-    pub b: punctual_body_id,
-    /// Proven: no point of one surface was closer to the other; 0 if nothing is known.
-    pub low: f64,
-    /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is
-    /// known.
-    pub high: f64,
-    /// Whether triangles were found; if not, they are zeros.
-    pub has_triangles: bool,
-    /// The closest triangles that were found.
-    pub triangles: punctual_triangle_pair,
-    /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As
-    /// many as there were if nothing is known.
-    pub age: u64,
-}
-
-grows!(punctual_pair_distance: high..age);
-
-/// Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the
-/// end of their motions. If their distance is asked for too, that is the one at time 0.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_pair_passage {
-    /// The body of the lower index.
-    pub a: punctual_body_id,
-    /// The other one.
-    pub b: punctual_body_id,
-    /// Proven: they meet at no time before. 1 without a contact: they are free to the end. 0 if the
-    /// budget did not reach the pair.
-    pub free_until: f64,
-    /// Whether a contact was found (yet); if not, its time and the triangles are zeros.
-    pub touches: bool,
-    /// Proven: they meet at this time.
-    pub touching_at: f64,
-    /// The triangles that meet then.
-    pub triangles: punctual_triangle_pair,
-}
-
-grows!(punctual_pair_passage: free_until..triangles);
-
-/// The question which body a ray hits. Plain data, made by `punctual_scene_ray_new`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_scene_ray {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// A `punctual_ray_mode`; RAY_MODE_NEAREST by default.
-    pub mode: u32,
-    /// The ray, in the coordinates of the scene.
-    pub ray: punctual_ray,
-    /// Only bodies that a body of these groups and this mask may meet are asked; all by default.
-    pub groups: u32,
-    /// See `groups`; all by default.
-    pub mask: u32,
-    /// See `has_body`.
-    pub body: punctual_body_id,
-    /// Not 0: only other bodies are asked that `body` may meet.
-    pub has_body: u32,
-}
-
-grows!(punctual_scene_ray: size, ray..has_body);
-
-/// A triangle of a body that a ray meets.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_body_hit {
-    /// The body; zeros without a hit.
-    pub body: punctual_body_id,
-    /// The triangle, or PUNCTUAL_NO_TRIANGLE, and the parameter of the ray, which is the same in
-    /// the scene.
-    pub on_body: punctual_ray_hit,
-}
-
-/// Which body a ray hits, wherever the search stopped.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_scene_ray_cast {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// The nearest hit of those found; for RAY_MODE_ANY the one found.
-    pub hit: punctual_body_hit,
-    /// How many triangles were found to be hit; for RAY_MODE_ALL those of
-    /// `punctual_scene_ray_hits`.
-    pub found: u64,
-    /// Proven: no hit that was not found lies before this parameter. Of a nearest hit that is
-    /// known, its own; infinite if nothing is left to be found.
-    pub free_until: f64,
-    /// Why it returned.
-    pub stop: punctual_stop_reason,
-    /// Work done.
-    pub work: u64,
-    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
-    /// budget.
-    pub elapsed: i64,
-}
-
-grows!(punctual_scene_ray_cast: size, hit..elapsed);
 
 calls! {
     /// Thickens a body by a margin, a length. Its pairs are said to meet when they come within the
     /// sum of their margins.
     ///
     /// Fails with BAD_ARGUMENT if the margin is not from 0 to 2^1000.
-    fn punctual_scene_set_margin(
-        scene: Option<&mut punctual_scene>, id: punctual_body_id, margin: f64
-    ) {
-        change(scene, "scene", |scene| Ok(scene.set_margin(id.into(), margin)?))
-    }
+    change punctual_scene_set_margin(scene: punctual_scene, id: punctual_body_id, margin: f64) =
+        scene.set_margin(id.into(), margin)?;
 
     /// From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch,
     /// go on, and part. Off by default.
-    fn punctual_scene_track_contacts(scene: Option<&mut punctual_scene>) {
-        set(scene, "scene", |scene| scene.track_contacts())
-    }
+    change punctual_scene_track_contacts(scene: punctual_scene) = scene.track_contacts();
 
     /// Asks for the distance of two bodies in every frame from now on, wherever they are, if they
     /// may meet by their filters; their margins count. The pair is in the report as well and shares
@@ -176,20 +146,15 @@ calls! {
     ///
     /// Fails with BAD_ARGUMENT if both bodies are the same, or the tolerance is not from 0 to
     /// 2^1000.
-    fn punctual_scene_measure(
-        scene: Option<&mut punctual_scene>, x: punctual_body_id, y: punctual_body_id,
-        tolerance: f64
-    ) {
-        change(scene, "scene", |scene| Ok(scene.measure(x.into(), y.into(), tolerance)?))
-    }
+    change punctual_scene_measure(
+        scene: punctual_scene, x: punctual_body_id, y: punctual_body_id, tolerance: f64
+    ) = scene.measure(x.into(), y.into(), tolerance)?;
 
     /// Asks for the distance of two bodies no more. Nothing changes if it was not asked for. Fails
     /// with BAD_ARGUMENT if both are the same.
-    fn punctual_scene_stop_measuring(
-        scene: Option<&mut punctual_scene>, x: punctual_body_id, y: punctual_body_id
-    ) {
-        change(scene, "scene", |scene| Ok(scene.stop_measuring(x.into(), y.into())?))
-    }
+    change punctual_scene_stop_measuring(
+        scene: punctual_scene, x: punctual_body_id, y: punctual_body_id
+    ) = scene.stop_measuring(x.into(), y.into())?;
 
     /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1.
     /// It stays so until `punctual_scene_set_pose` or another motion. A pair whose distance is
@@ -197,28 +162,9 @@ calls! {
     ///
     /// Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it
     /// was.
-    fn punctual_scene_set_motion(
-        scene: Option<&mut punctual_scene>, id: punctual_body_id, motion: punctual_motion
-    ) {
-        let motion = motion.check()?;
-        change(scene, "scene", |scene| Ok(scene.set_motion(id.into(), motion)?))
-    }
-}
-
-impl Default for punctual_scene_ray {
-    fn default() -> Self {
-        let Filter { groups, mask, .. } = Filter::default();
-        let punctual_ray_query { mode, ray, .. } = punctual_ray_query::default();
-        Self {
-            size: Self::SIZE,
-            mode,
-            ray,
-            groups,
-            mask,
-            body: punctual_body_id::default(),
-            has_body: 0,
-        }
-    }
+    change punctual_scene_set_motion(
+        scene: punctual_scene, id: punctual_body_id, motion: punctual_motion
+    ) = scene.set_motion(id.into(), motion.check()?)?;
 }
 
 inits! {
@@ -240,17 +186,13 @@ calls! {
         clock: Option<&punctual_clock>, cast: *mut punctual_scene_ray_cast
     ) {
         // SAFETY: the contract of the header for structs and clocks.
-        let (ray, cast) = unsafe { (read(ray, "ray")?.check()?, place(cast, "cast")?) };
-        let budget = budget.check()?;
-        // SAFETY: the same.
-        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
-        let found = change(scene, "scene", |scene| {
-            Ok(match &clock {
-                Some(clock) => scene.cast(&ray, budget.clock(clock))?,
-                None => scene.cast(&ray, budget)?,
-            })
-        })?;
-        cast.write(found.into());
+        unsafe {
+            let (ray, cast) = (read(ray, "ray")?.check()?, place(cast, "cast")?);
+            let found = budget.spend(clock, |budget| {
+                change(scene, "scene", |scene| Ok(scene.cast(&ray, budget)?))
+            })?;
+            cast.write(found.into());
+        }
         Ok(())
     }
 }
@@ -264,74 +206,6 @@ impl punctual_scene_ray {
             0 => ray,
             _ => ray.of_body(self.body.into()),
         })
-    }
-}
-
-impl From<&BodyContact> for punctual_body_contact {
-    fn from(contact: &BodyContact) -> Self {
-        let phase = match contact.phase {
-            ContactPhase::Undecided => punctual_contact_phase::Undecided,
-            ContactPhase::Began => punctual_contact_phase::Began,
-            ContactPhase::Persists => punctual_contact_phase::Persists,
-            ContactPhase::Ended => punctual_contact_phase::Ended,
-        };
-        Self {
-            a: contact.a.into(),
-            b: contact.b.into(),
-            phase,
-            age: contact.age,
-        }
-    }
-}
-
-impl From<PairDistance> for punctual_pair_distance {
-    fn from(pair: PairDistance) -> Self {
-        Self {
-            a: pair.a.into(),
-            b: pair.b.into(),
-            low: pair.low,
-            high: pair.high,
-            has_triangles: pair.triangles.is_some(),
-            triangles: pair.triangles.unwrap_or_default().into(),
-            age: pair.age,
-        }
-    }
-}
-
-impl From<PairPassage> for punctual_pair_passage {
-    fn from(pair: PairPassage) -> Self {
-        Self {
-            a: pair.a.into(),
-            b: pair.b.into(),
-            free_until: pair.free_until,
-            touches: pair.touching_at.is_some(),
-            touching_at: pair.touching_at.unwrap_or(0.0),
-            triangles: pair.triangles.unwrap_or_default().into(),
-        }
-    }
-}
-
-impl From<Option<BodyHit>> for punctual_body_hit {
-    fn from(hit: Option<BodyHit>) -> Self {
-        let nobody = punctual_body_id::default();
-        Self {
-            body: hit.map_or(nobody, |hit| hit.body.into()),
-            on_body: hit.map(|hit| hit.on_body).into(),
-        }
-    }
-}
-
-impl From<SceneCast> for punctual_scene_ray_cast {
-    fn from(cast: SceneCast) -> Self {
-        Self {
-            size: Self::SIZE,
-            hit: cast.hit.into(),
-            found: cast.found,
-            free_until: cast.free_until,
-            stop: cast.stop.into(),
-            work: cast.work,
-            elapsed: nanoseconds(cast.elapsed),
-        }
     }
 }
 

@@ -2,104 +2,91 @@
 
 use crate::arrays::{array, list};
 use crate::body::{punctual_body, punctual_body_id};
-use crate::handle::{change, get, set};
+use crate::handle::{change, get};
 use crate::motion::punctual_motion;
 use crate::pose::{punctual_point, punctual_pose};
 use crate::scene::punctual_scene;
-use crate::sized::{fill_rows, grows, place, read_all};
+use crate::sized::{fill_rows, place, read_all};
 use crate::status::{given, value_of};
-use crate::verbs::{calls, lists};
+use crate::verbs::{calls, lists, types};
 use crate::workspace::punctual_triangle_pair;
 use ::punctual_scene::{
     BodyId, CompoundId, ContactPoint, Filter, GroupDistance, MeasureId, PairQuestion,
 };
 use core::mem::MaybeUninit;
 
-/// What a scene asks of a pair of bodies.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_pair_question {
-    /// Whether they meet.
-    Meet = 0,
-    /// How far apart they are.
-    Distance = 1,
-    /// Until when they are free.
-    Motion = 2,
-    /// Where they touch.
-    Contacts = 3,
+types! {
+    /// What a scene asks of a pair of bodies.
+    enum punctual_pair_question {
+        /// Whether they meet.
+        Meet = 0,
+        /// How far apart they are.
+        Distance = 1,
+        /// Until when they are free.
+        Motion = 2,
+        /// Where they touch.
+        Contacts = 3,
+    }
+
+    /// What is known of the least distance between two groups of bodies, in the length unit of the
+    /// scene. It holds for the bodies where they are in this frame, whatever the budget reached.
+    row punctual_group_distance(high) from (found: &GroupDistance) {
+        /// Of which groups: the id of `punctual_scene_measure_groups`.
+        id: u64 = found.id.to_bits(),
+        /// Proven: no point of one group is closer to the other; 0 if nothing is known, and
+        /// infinite if no two of their bodies may meet.
+        low: f64 = found.low,
+        /// Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if
+        /// nothing is known.
+        high: f64 = found.high,
+        /// Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles
+        /// are zeros.
+        has_bodies: bool = found.bodies.is_some(),
+        /// These bodies, the lower index first.
+        bodies: [punctual_body_id; 2] =
+            found.bodies.map_or_else(Default::default, |pair| pair.map(Into::into)),
+        /// Their closest triangles that were found; zeros for none.
+        triangles: punctual_triangle_pair = found.triangles.unwrap_or_default().into(),
+        /// How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is
+        /// within the tolerance.
+        open: usize = found.open,
+    }
+
+    /// A point where two bodies touch: one of at most four of a manifold, fixed to both bodies.
+    row punctual_contact_point(points) from (point: &ContactPoint) {
+        /// The manifold that it belongs to: the same from frame to frame while the manifold keeps a
+        /// point.
+        manifold: u64 = point.manifold,
+        /// The same from frame to frame while the point stays near its place on one of the bodies.
+        id: u64 = point.id,
+        /// The point on the body of the lower index, in the coordinates of its mesh, and on the
+        /// other one, in those of its own.
+        points: [punctual_point; 2] = point.points.map(Into::into),
+        /// Unit vector in the coordinates of the first body, from the second to the first.
+        normal: punctual_point = point.normal.into(),
+        /// Signed distance along the normal where it was found, without margins; negative where the
+        /// bodies are sunk into each other.
+        distance: f64 = point.distance,
+    }
+
+    /// Where two bodies touch.
+    told punctual_contact_points(count) {
+        /// How many points there are; at most 16.
+        count: usize,
+        /// The surfaces were at least so far apart wherever no point stands for a contact when the
+        /// points were found, margins not subtracted; 0 if one body is within the other, or nothing
+        /// is known.
+        low: f64,
+        /// How far the surfaces have moved relative to each other since then, at most; infinite if
+        /// nothing is known.
+        drift: f64,
+        /// Frames since this was found. As many as there were if nothing is known.
+        age: u64,
+        /// 1 if the body of the lower index was inside the other, 2 if the other was inside it, or
+        /// had a vertex in it, while their surfaces did not meet; else 0. No point stands for that.
+        within: u64,
+    }
 }
-
-/// What is known of the least distance between two groups of bodies, in the length unit of the
-/// scene. It holds for the bodies where they are in this frame, whatever the budget reached.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_group_distance {
-    /// Of which groups: the id of `punctual_scene_measure_groups`.
-    pub id: u64,
-    /// Proven: no point of one group is closer to the other; 0 if nothing is known, and infinite if
-    /// no two of their bodies may meet.
-    pub low: f64,
-    /// Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if
-    /// nothing is known.
-    pub high: f64,
-    /// Whether bodies prove `high`; if not, it is that of boxes, and the bodies and triangles are
-    /// zeros.
-    pub has_bodies: bool,
-    /// These bodies, the lower index first.
-    pub bodies: [punctual_body_id; 2],
-    /// Their closest triangles that were found; zeros for none.
-    pub triangles: punctual_triangle_pair,
-    /// How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is
-    /// within the tolerance.
-    pub open: usize,
-}
-
-grows!(punctual_group_distance: high..open);
-
-/// A point where two bodies touch: one of at most four of a manifold, fixed to both bodies.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_contact_point {
-    /// The manifold that it belongs to: the same from frame to frame while the manifold keeps a
-    /// point.
-    pub manifold: u64,
-    /// The same from frame to frame while the point stays near its place on one of the bodies.
-    pub id: u64,
-    /// The point on the body of the lower index, in the coordinates of its mesh, and on the other
-    /// one, in those of its own.
-    pub points: [punctual_point; 2],
-    /// Unit vector in the coordinates of the first body, from the second to the first.
-    pub normal: punctual_point,
-    /// Signed distance along the normal where it was found, without margins; negative where the
-    /// bodies are sunk into each other.
-    pub distance: f64,
-}
-
-grows!(punctual_contact_point: points..distance);
-
-/// Where two bodies touch.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_contact_points {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// How many points there are; at most 16.
-    pub count: usize,
-    /// The surfaces were at least so far apart wherever no point stands for a contact when the
-    /// points were found, margins not subtracted; 0 if one body is within the other, or nothing is
-    /// known.
-    pub low: f64,
-    /// How far the surfaces have moved relative to each other since then, at most; infinite if
-    /// nothing is known.
-    pub drift: f64,
-    /// Frames since this was found. As many as there were if nothing is known.
-    pub age: u64,
-    /// 1 if the body of the lower index was inside the other, 2 if the other was inside it, or had
-    /// a vertex in it, while their surfaces did not meet; else 0. No point stands for that.
-    pub within: u64,
-}
-
-grows!(punctual_contact_points: size, count..within);
 
 calls! {
     /// Puts bodies into the scene as the parts of one compound, which is at `pose`: the pose of
@@ -151,32 +138,21 @@ calls! {
     /// Moves all parts of a compound.
     ///
     /// Fails with BAD_POSE if a part cannot be where it would be; all then stay where they were.
-    fn punctual_scene_set_compound_pose(
-        scene: Option<&mut punctual_scene>, compound: u64, pose: punctual_pose
-    ) {
-        let pose = pose.check()?;
-        change(scene, "scene", |scene| {
-            Ok(scene.set_compound_pose(CompoundId::from_bits(compound), pose)?)
-        })
-    }
+    change punctual_scene_set_compound_pose(
+        scene: punctual_scene, compound: u64, pose: punctual_pose
+    ) = scene.set_compound_pose(CompoundId::from_bits(compound), pose.check()?)?;
 
     /// Gives a compound a motion: each of its parts goes with it, about the same axis.
     ///
     /// Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused, or a part cannot be where it
     /// would be at its beginning or end; all then stay where they were.
-    fn punctual_scene_set_compound_motion(
-        scene: Option<&mut punctual_scene>, compound: u64, motion: punctual_motion
-    ) {
-        let motion = motion.check()?;
-        change(scene, "scene", |scene| {
-            Ok(scene.set_compound_motion(CompoundId::from_bits(compound), motion)?)
-        })
-    }
+    change punctual_scene_set_compound_motion(
+        scene: punctual_scene, compound: u64, motion: punctual_motion
+    ) = scene.set_compound_motion(CompoundId::from_bits(compound), motion.check()?)?;
 
     /// Takes a compound out of the scene, with all of its parts.
-    fn punctual_scene_remove_compound(scene: Option<&mut punctual_scene>, compound: u64) {
-        change(scene, "scene", |scene| Ok(scene.remove_compound(CompoundId::from_bits(compound))?))
-    }
+    change punctual_scene_remove_compound(scene: punctual_scene, compound: u64) =
+        scene.remove_compound(CompoundId::from_bits(compound))?;
 
     /// Asks for the least distance between two groups of bodies in every frame from now on; margins
     /// count, and pairs that may not meet by their filters do not. No pair is asked about that is
@@ -204,57 +180,43 @@ calls! {
     /// Asks for the distance of two groups no more.
     ///
     /// Fails with BAD_ARGUMENT if it is not asked for.
-    fn punctual_scene_stop_measuring_groups(scene: Option<&mut punctual_scene>, id: u64) {
-        change(scene, "scene", |scene| Ok(scene.stop_measuring_groups(MeasureId::from_bits(id))?))
-    }
+    change punctual_scene_stop_measuring_groups(scene: punctual_scene, id: u64) =
+        scene.stop_measuring_groups(MeasureId::from_bits(id))?;
 
     /// Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, as if
     /// filters excluded it. Forgotten with one of its bodies. Fails with BAD_ARGUMENT if both
     /// bodies are the same.
-    fn punctual_scene_ignore(
-        scene: Option<&mut punctual_scene>, x: punctual_body_id, y: punctual_body_id, ignores: bool
-    ) {
-        change(scene, "scene", |scene| Ok(scene.ignore(x.into(), y.into(), ignores)?))
-    }
+    change punctual_scene_ignore(
+        scene: punctual_scene, x: punctual_body_id, y: punctual_body_id, ignores: bool
+    ) = scene.ignore(x.into(), y.into(), ignores)?;
 
     /// Finds where bodies touch from the next frame on, of all pairs that meet:
     /// `punctual_scene_contact_points`.
-    fn punctual_scene_find_contacts(scene: Option<&mut punctual_scene>) {
-        set(scene, "scene", |scene| scene.find_contacts())
-    }
+    change punctual_scene_find_contacts(scene: punctual_scene) = scene.find_contacts();
 
     /// The same of two bodies, whenever they meet. Fails with BAD_ARGUMENT if both are the same.
-    fn punctual_scene_find_contacts_of(
-        scene: Option<&mut punctual_scene>, x: punctual_body_id, y: punctual_body_id
-    ) {
-        change(scene, "scene", |scene| Ok(scene.find_contacts_of(x.into(), y.into())?))
-    }
+    change punctual_scene_find_contacts_of(
+        scene: punctual_scene, x: punctual_body_id, y: punctual_body_id
+    ) = scene.find_contacts_of(x.into(), y.into())?;
 
     /// Finds where bodies touch of all pairs of which one is in the groups `groups` and the other
     /// in `mask`, by their own filters (`punctual_scene_set_filter`), from the next frame on.
     /// Several calls add up; all bits for both are `punctual_scene_find_contacts`.
-    fn punctual_scene_find_contacts_between(
-        scene: Option<&mut punctual_scene>, groups: u32, mask: u32
-    ) {
-        set(scene, "scene", |scene| scene.find_contacts_between(Filter::new(groups, mask)))
-    }
+    change punctual_scene_find_contacts_between(scene: punctual_scene, groups: u32, mask: u32) =
+        scene.find_contacts_between(Filter::new(groups, mask));
 
     /// Ends `punctual_scene_find_contacts_between` of these groups, or, with all bits for both,
     /// `punctual_scene_find_contacts`. Nothing changes if there was no such call. Contacts of pairs
     /// that are asked for otherwise are found as before.
-    fn punctual_scene_stop_finding_contacts_between(
-        scene: Option<&mut punctual_scene>, groups: u32, mask: u32
-    ) {
-        set(scene, "scene", |scene| scene.stop_finding_contacts_between(Filter::new(groups, mask)))
-    }
+    change punctual_scene_stop_finding_contacts_between(
+        scene: punctual_scene, groups: u32, mask: u32
+    ) = scene.stop_finding_contacts_between(Filter::new(groups, mask));
 
     /// Does not ask for the contacts of two bodies any more, but as one of all pairs or of those
     /// between groups. Fails with BAD_ARGUMENT if both are the same.
-    fn punctual_scene_stop_finding_contacts_of(
-        scene: Option<&mut punctual_scene>, x: punctual_body_id, y: punctual_body_id
-    ) {
-        change(scene, "scene", |scene| Ok(scene.stop_finding_contacts_of(x.into(), y.into())?))
-    }
+    change punctual_scene_stop_finding_contacts_of(
+        scene: punctual_scene, x: punctual_body_id, y: punctual_body_id
+    ) = scene.stop_finding_contacts_of(x.into(), y.into())?;
 
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked
     /// for; no points if they were found apart. As many as `capacity` allows are written to
@@ -292,66 +254,29 @@ calls! {
     /// `punctual_contact_points` tells it. 0 by default.
     ///
     /// Fails with BAD_ARGUMENT if it is not from 0 to 2^1000.
-    fn punctual_scene_set_look_ahead(scene: Option<&mut punctual_scene>, length: f64) {
-        change(scene, "scene", |scene| Ok(scene.set_look_ahead(length)?))
-    }
+    change punctual_scene_set_look_ahead(scene: punctual_scene, length: f64) =
+        scene.set_look_ahead(length)?;
 
     /// How far a body may move from where it is before it could touch another one where no contact
     /// point stands, or sink into it there by more than `sink`; at most `stride`. If all moving
     /// bodies move no farther after each frame, and the fixed ones rest, none sinks in deeper
     /// there, whatever the budgets. Pairs whose contacts are not asked for do not count.
-    fn punctual_scene_may_move(
-        scene: Option<&mut punctual_scene>, id: punctual_body_id, stride: f64, sink: f64,
+    change punctual_scene_may_move(
+        scene: punctual_scene, id: punctual_body_id, stride: f64, sink: f64,
         most: Option<&mut MaybeUninit<f64>>
-    ) {
-        let most = given(most, "most")?;
-        change(scene, "scene", |scene| {
-            most.write(scene.may_move(id.into(), stride, sink)?);
-            Ok(())
-        })
-    }
+    ) = given(most, "most")?.write(scene.may_move(id.into(), stride, sink)?);
 
     /// Says how much a question, a `punctual_pair_question`, matters beside the bodies that it is
     /// asked of; 0 by default.
     ///
     /// Fails with BAD_ARGUMENT if the question is unknown, or the importance infinite or NaN.
-    fn punctual_scene_set_question_importance(
-        scene: Option<&mut punctual_scene>, question: u32, importance: f32
-    ) {
+    change punctual_scene_set_question_importance(
+        scene: punctual_scene, question: u32, importance: f32
+    ) = {
         use PairQuestion::{Contacts, Distance, Meet, Motion};
         let question = value_of(question, "question", &[Meet, Distance, Motion, Contacts])?;
-        change(scene, "scene", |scene| Ok(scene.set_question_importance(question, importance)?))
-    }
-}
-
-impl From<&GroupDistance> for punctual_group_distance {
-    fn from(found: &GroupDistance) -> Self {
-        let nobody = punctual_body_id::default();
-        let names = found
-            .bodies
-            .map_or([nobody; 2], |pair| pair.map(Into::into));
-        Self {
-            id: found.id.to_bits(),
-            low: found.low,
-            high: found.high,
-            has_bodies: found.bodies.is_some(),
-            bodies: names,
-            triangles: found.triangles.unwrap_or_default().into(),
-            open: found.open,
-        }
-    }
-}
-
-impl From<&ContactPoint> for punctual_contact_point {
-    fn from(point: &ContactPoint) -> Self {
-        Self {
-            manifold: point.manifold,
-            id: point.id,
-            points: point.points.map(Into::into),
-            normal: point.normal.into(),
-            distance: point.distance,
-        }
-    }
+        scene.set_question_importance(question, importance)?
+    };
 }
 
 lists! {

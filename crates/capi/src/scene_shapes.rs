@@ -3,18 +3,18 @@
 
 use crate::arrays::{list, text};
 use crate::body::punctual_body_id;
-use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::budget::{punctual_budget, punctual_clock};
 use crate::handle::change;
-use crate::motion::{punctual_motion, punctual_motion_straight};
+use crate::motion::punctual_motion;
 use crate::outcome::{nanoseconds, punctual_stop_reason, punctual_verdict, verdict};
-use crate::pose::{punctual_point, punctual_pose_identity};
+use crate::pose::punctual_point;
 use crate::query::check_mode;
 use crate::scene::punctual_scene;
 use crate::scene_answers::{punctual_scene_ray, punctual_scene_ray_cast};
-use crate::sized::{fill_rows, grows, place, read, read_all, rows};
+use crate::sized::{fill_rows, place, read, read_all, rows};
 use crate::status::{Fault, given};
 use crate::tree::punctual_tree;
-use crate::verbs::{calls, inits};
+use crate::verbs::{calls, inits, types};
 use crate::workspace::punctual_triangle_pair;
 use ::punctual_scene::{
     BodyOverlap, Closest, Filter, GroupId, Overlap, Scene, SceneError, SceneShape, ShapeCast,
@@ -23,159 +23,116 @@ use ::punctual_scene::{
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
 use punctual::clock::ClockedBudget;
-use punctual::glam::DVec3;
 
 /// No group of a scene.
 pub const PUNCTUAL_NO_GROUP: u64 = u64::MAX;
 
-/// What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. Plain
-/// data, made by `punctual_scene_shape_new`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_scene_shape<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// Not 0: only other bodies are asked that `body` may meet.
-    pub has_body: u32,
-    /// Its tree; null for a point, the start of `motion`, which then has no turn.
-    pub tree: Option<&'t punctual_tree>,
-    /// Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a cast
-    /// are about its start.
-    pub motion: punctual_motion,
-    /// A length by which it is thickened: a point is then a ball; 0 by default.
-    pub margin: f64,
-    /// Only bodies that a body of these groups and this mask may meet are asked; all by default.
-    pub groups: u32,
-    /// See `groups`; all by default.
-    pub mask: u32,
-    /// See `has_body`.
-    pub body: punctual_body_id,
-    /// 0.
-    pub reserved: u32,
-}
+types! {
+    /// What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. Plain
+    /// data, made by `punctual_scene_shape_new`.
+    asked punctual_scene_shape<'t>(body) {
+        /// Not 0: only other bodies are asked that `body` may meet.
+        has_body: u32 = 0,
+        /// Its tree; null for a point, the start of `motion`, which then has no turn.
+        tree: Option<&'t punctual_tree> = None,
+        /// Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a
+        /// cast are about its start.
+        motion: punctual_motion = punctual_motion::STILL,
+        /// A length by which it is thickened: a point is then a ball; 0 by default.
+        margin: f64 = 0.0,
+        /// Only bodies that a body of these groups and this mask may meet are asked; all by
+        /// default.
+        groups: u32 = Filter::default().groups,
+        /// See `groups`; all by default.
+        mask: u32 = Filter::default().mask,
+        /// See `has_body`.
+        body: punctual_body_id = punctual_body_id::default(),
+        /// 0.
+        reserved: u32 = 0,
+    }
 
-grows!(punctual_scene_shape<'_>: size, body..reserved);
+    /// Where a shape touches a body, or is closest to it.
+    plain punctual_shape_hit from (hit: Option<ShapeHit>) {
+        /// The body; zeros without one.
+        body: punctual_body_id = hit.map_or_else(Default::default, |hit| hit.body.into()),
+        /// Whether there is a body.
+        is_there: bool = hit.is_some(),
+        /// Whether triangles and points were found; not if one is inside the other. If not, they
+        /// are zeros.
+        has_points: bool = hit.is_some_and(|hit| hit.points.is_some()),
+        /// Whether there is a normal; not where the triangles intersect. If not, it is zero.
+        has_normal: bool = hit.is_some_and(|hit| hit.normal.is_some()),
+        /// Triangle of the body, triangle of the shape.
+        triangles: punctual_triangle_pair =
+            hit.and_then(|hit| hit.triangles).unwrap_or_default().into(),
+        /// Their closest points in the coordinates of the scene, of the body and of the shape, each
+        /// moved towards the other by its margin.
+        points: [punctual_point; 2] =
+            hit.and_then(|hit| hit.points).unwrap_or_default().map(Into::into),
+        /// Unit vector from the body to the shape.
+        normal: punctual_point = hit.and_then(|hit| hit.normal).unwrap_or_default().into(),
+    }
 
-/// Where a shape touches a body, or is closest to it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_shape_hit {
-    /// The body; zeros without one.
-    pub body: punctual_body_id,
-    /// Whether there is a body.
-    pub is_there: bool,
-    /// Whether triangles and points were found; not if one is inside the other. If not, they are
-    /// zeros.
-    pub has_points: bool,
-    /// Whether there is a normal; not where the triangles intersect. If not, it is zero.
-    pub has_normal: bool,
-    /// Triangle of the body, triangle of the shape.
-    pub triangles: punctual_triangle_pair,
-    /// Their closest points in the coordinates of the scene, of the body and of the shape, each
-    /// moved towards the other by its margin.
-    pub points: [punctual_point; 2],
-    /// Unit vector from the body to the shape.
-    pub normal: punctual_point,
-}
+    /// What a shape meets on its way; times from 0 to 1.
+    told punctual_shape_cast(work) from (cast: ShapeCast) {
+        /// Why it returned.
+        stop: punctual_stop_reason = cast.stop.into(),
+        /// Proven: it meets no body before. 1 without a hit: it is free to its end.
+        free_until: f64 = cast.free_until,
+        /// Proven: it meets the body of `hit` at this time; 0 without one.
+        touching_at: f64 = cast.touching_at.unwrap_or(0.0),
+        /// The body, with points and normal just before.
+        hit: punctual_shape_hit = cast.hit.into(),
+        /// Work done.
+        work: u64 = cast.work,
+        /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a
+        /// time budget.
+        elapsed: i64 = nanoseconds(cast.elapsed),
+    }
 
-/// What a shape meets on its way; times from 0 to 1.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_shape_cast {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Why it returned.
-    pub stop: punctual_stop_reason,
-    /// Proven: it meets no body before. 1 without a hit: it is free to its end.
-    pub free_until: f64,
-    /// Proven: it meets the body of `hit` at this time; 0 without one.
-    pub touching_at: f64,
-    /// The body, with points and normal just before.
-    pub hit: punctual_shape_hit,
-    /// Work done.
-    pub work: u64,
-    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
-    /// budget.
-    pub elapsed: i64,
-}
+    /// The body closest to a shape, wherever the search stopped.
+    told punctual_closest_body(work) from (closest: Closest) {
+        /// Why it returned.
+        stop: punctual_stop_reason = closest.stop.into(),
+        /// Proven: no body is closer, margins subtracted; infinite if there is none at all.
+        low: f64 = closest.low,
+        /// Proven: the body of `hit` is no farther; 0 if they meet, infinite if none was found.
+        high: f64 = closest.high,
+        /// The closest body found.
+        hit: punctual_shape_hit = closest.hit.into(),
+        /// Work done.
+        work: u64 = closest.work,
+        /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a
+        /// time budget.
+        elapsed: i64 = nanoseconds(closest.elapsed),
+    }
 
-grows!(punctual_shape_cast: size, work..elapsed);
+    /// A body that a shape meets.
+    row punctual_body_overlap(verdict) from (met: &BodyOverlap) {
+        /// The body.
+        body: punctual_body_id = met.body.into(),
+        /// How they meet.
+        verdict: punctual_verdict = verdict(met.verdict).0,
+        /// Triangles of the body and of the shape that prove it; as of `punctual_outcome`.
+        witness: punctual_triangle_pair = verdict(met.verdict).1,
+    }
 
-/// The body closest to a shape, wherever the search stopped.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_closest_body {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Why it returned.
-    pub stop: punctual_stop_reason,
-    /// Proven: no body is closer, margins subtracted; infinite if there is none at all.
-    pub low: f64,
-    /// Proven: the body of `hit` is no farther; 0 if they meet, infinite if none was found.
-    pub high: f64,
-    /// The closest body found.
-    pub hit: punctual_shape_hit,
-    /// Work done.
-    pub work: u64,
-    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
-    /// budget.
-    pub elapsed: i64,
-}
-
-grows!(punctual_closest_body: size, work..elapsed);
-
-/// A body that a shape meets.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_body_overlap {
-    /// The body.
-    pub body: punctual_body_id,
-    /// How they meet.
-    pub verdict: punctual_verdict,
-    /// Triangles of the body and of the shape that prove it; as of `punctual_outcome`.
-    pub witness: punctual_triangle_pair,
-}
-
-grows!(punctual_body_overlap: verdict..witness);
-
-/// How many bodies a shape meets, wherever the search stopped.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_overlap {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// Why it returned.
-    pub stop: punctual_stop_reason,
-    /// How many bodies are proven to meet it.
-    pub met: u64,
-    /// How many bodies have boxes that overlap its own and were not decided.
-    pub undecided: u64,
-    /// 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes were
-    /// compared, or of MODE_ANY, if a first body was enough.
-    pub is_whole: u64,
-    /// Work done.
-    pub work: u64,
-    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time
-    /// budget.
-    pub elapsed: i64,
-}
-
-grows!(punctual_overlap: size, work..elapsed);
-
-impl Default for punctual_scene_shape<'_> {
-    fn default() -> Self {
-        let Filter { groups, mask, .. } = Filter::default();
-        Self {
-            size: Self::SIZE,
-            has_body: 0,
-            tree: None,
-            motion: punctual_motion_straight(punctual_pose_identity(), DVec3::ZERO.into()),
-            margin: 0.0,
-            groups,
-            mask,
-            body: punctual_body_id::default(),
-            reserved: 0,
-        }
+    /// How many bodies a shape meets, wherever the search stopped.
+    told punctual_overlap(work) from (overlap: Overlap<'_>) {
+        /// Why it returned.
+        stop: punctual_stop_reason = overlap.stop.into(),
+        /// How many bodies are proven to meet it.
+        met: u64 = overlap.met.len() as u64,
+        /// How many bodies have boxes that overlap its own and were not decided.
+        undecided: u64 = overlap.undecided.len() as u64,
+        /// 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes
+        /// were compared, or of MODE_ANY, if a first body was enough.
+        is_whole: u64 = overlap.is_whole.into(),
+        /// Work done.
+        work: u64 = overlap.work,
+        /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a
+        /// time budget.
+        elapsed: i64 = nanoseconds(overlap.elapsed),
     }
 }
 
@@ -214,19 +171,14 @@ impl punctual_scene_shape<'_> {
         clock: Option<&punctual_clock>,
         ask: impl FnOnce(&mut Scene, &SceneShape, ClockedBudget<'_>) -> Result<R, SceneError>,
     ) -> Result<R, Fault> {
-        let budget = budget.check()?;
         // SAFETY: the caller's promise.
-        let (shape, clock) = unsafe {
-            let clock = clock.map(|clock| AnyClock::new(Some(clock)));
-            (read(shape, "shape")?, clock.transpose()?)
-        };
-        let shape = shape.check()?;
-        change(scene, "scene", |scene| {
-            Ok(match &clock {
-                Some(clock) => ask(scene, &shape, budget.clock(clock))?,
-                None => ask(scene, &shape, budget.into())?,
+        unsafe {
+            let shape = read(shape, "shape")?;
+            let shape = shape.check()?;
+            budget.spend(clock, |budget| {
+                change(scene, "scene", |scene| Ok(ask(scene, &shape, budget)?))
             })
-        })
+        }
     }
 }
 
@@ -313,18 +265,12 @@ calls! {
         casts: *mut punctual_scene_ray_cast, casts_size: usize,
         done: Option<&mut MaybeUninit<usize>>
     ) {
-        let (budget, done) = (budget.check()?, given(done, "done")?);
-        // SAFETY: the contract of the header for arrays and clocks.
-        let (rays, clock) = unsafe {
-            let clock = clock.map(|clock| AnyClock::new(Some(clock)));
-            (read_all(rays, count, "rays")?, clock.transpose()?)
-        };
+        let done = given(done, "done")?;
+        // SAFETY: the contract of the header for arrays.
+        let rays = unsafe { read_all(rays, count, "rays") }?;
         let rays: Vec<_> = rays.iter().map(punctual_scene_ray::check).collect::<Result<_, _>>()?;
-        change(scene, "scene", |scene| {
-            let found = match &clock {
-                Some(clock) => scene.cast_rays(&rays, budget.clock(clock))?,
-                None => scene.cast_rays(&rays, budget)?,
-            };
+        let cast = |budget: ClockedBudget<'_>| change(scene, "scene", |scene| {
+            let found = scene.cast_rays(&rays, budget)?;
             let is_done = |stop: punctual_stop_reason| {
                 use punctual_stop_reason as stops;
                 matches!(stop, stops::Finished | stops::FirstHit)
@@ -335,7 +281,9 @@ calls! {
             let found = found.iter().copied();
             // SAFETY: the contract of the header for arrays.
             unsafe { rows(casts, casts_size, count, "casts", &mut written, found) }
-        })
+        });
+        // SAFETY: that for clocks.
+        unsafe { budget.spend(clock, cast) }
     }
 
     /// The group of this name, a text in UTF-8; made if the scene has none yet.
@@ -354,93 +302,16 @@ calls! {
     /// Moves a body to a group, or with PUNCTUAL_NO_GROUP out of its group.
     ///
     /// Fails with BAD_ARGUMENT if the scene has no such group.
-    fn punctual_scene_set_group(
-        scene: Option<&mut punctual_scene>, id: punctual_body_id, group: u64
-    ) {
+    change punctual_scene_set_group(scene: punctual_scene, id: punctual_body_id, group: u64) = {
         let group = (group != PUNCTUAL_NO_GROUP).then(|| GroupId::from_bits(group));
-        change(scene, "scene", |scene| Ok(scene.set_group(id.into(), group)?))
-    }
+        scene.set_group(id.into(), group)?
+    };
 
     /// Ignores all pairs of a body of one group and a body of the other from the next frame on, or
     /// (`ignores` is false) does no longer; twice the same group: its bodies do not meet each
     /// other.
     ///
     /// Fails with BAD_ARGUMENT if the scene has no such group.
-    fn punctual_scene_ignore_groups(
-        scene: Option<&mut punctual_scene>, x: u64, y: u64, ignores: bool
-    ) {
-        let [x, y] = [x, y].map(GroupId::from_bits);
-        change(scene, "scene", |scene| Ok(scene.ignore_groups(x, y, ignores)?))
-    }
-}
-
-impl From<Option<ShapeHit>> for punctual_shape_hit {
-    fn from(hit: Option<ShapeHit>) -> Self {
-        let zero = punctual_point::from(DVec3::ZERO);
-        let points = hit.and_then(|hit| hit.points);
-        let normal = hit.and_then(|hit| hit.normal);
-        let triangles = hit.and_then(|hit| hit.triangles);
-        Self {
-            body: hit.map_or_else(Default::default, |hit| hit.body.into()),
-            is_there: hit.is_some(),
-            has_points: points.is_some(),
-            has_normal: normal.is_some(),
-            triangles: triangles.unwrap_or_default().into(),
-            points: points.map_or([zero; 2], |points| points.map(Into::into)),
-            normal: normal.map_or(zero, Into::into),
-        }
-    }
-}
-
-impl From<ShapeCast> for punctual_shape_cast {
-    fn from(cast: ShapeCast) -> Self {
-        Self {
-            size: Self::SIZE,
-            stop: cast.stop.into(),
-            free_until: cast.free_until,
-            touching_at: cast.touching_at.unwrap_or(0.0),
-            hit: cast.hit.into(),
-            work: cast.work,
-            elapsed: nanoseconds(cast.elapsed),
-        }
-    }
-}
-
-impl From<Closest> for punctual_closest_body {
-    fn from(closest: Closest) -> Self {
-        Self {
-            size: Self::SIZE,
-            stop: closest.stop.into(),
-            low: closest.low,
-            high: closest.high,
-            hit: closest.hit.into(),
-            work: closest.work,
-            elapsed: nanoseconds(closest.elapsed),
-        }
-    }
-}
-
-impl From<&BodyOverlap> for punctual_body_overlap {
-    fn from(met: &BodyOverlap) -> Self {
-        let (verdict, witness) = verdict(met.verdict);
-        Self {
-            body: met.body.into(),
-            verdict,
-            witness,
-        }
-    }
-}
-
-impl From<Overlap<'_>> for punctual_overlap {
-    fn from(overlap: Overlap) -> Self {
-        Self {
-            size: Self::SIZE,
-            stop: overlap.stop.into(),
-            met: overlap.met.len() as u64,
-            undecided: overlap.undecided.len() as u64,
-            is_whole: overlap.is_whole.into(),
-            work: overlap.work,
-            elapsed: nanoseconds(overlap.elapsed),
-        }
-    }
+    change punctual_scene_ignore_groups(scene: punctual_scene, x: u64, y: u64, ignores: bool) =
+        scene.ignore_groups(GroupId::from_bits(x), GroupId::from_bits(y), ignores)?;
 }

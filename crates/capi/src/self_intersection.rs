@@ -2,45 +2,29 @@
 
 use crate::handle::get;
 use crate::query::{check_mode, punctual_mode, punctual_outcome};
-use crate::sized::grows;
 use crate::status::Fault;
 use crate::tree::punctual_tree;
-use crate::verbs::{inits, question};
+use crate::verbs::{inits, question, types};
 use crate::workspace::punctual_workspace;
 use punctual::Query;
 use punctual::intersection::SelfIntersection;
 
-/// The question where a surface intersects itself. Plain data, made by
-/// `punctual_self_query_new`; it borrows the tree. To resume a query or to ask for its certificate,
-/// all of it must be what it was.
-///
-/// Triangles without a common corner count if they share a point; with one, if they share another
-/// point; with a common edge, if they are coplanar and on the same side of it. Corners are common if
-/// their positions are equal. A triangle that is there twice counts.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct punctual_self_query<'t> {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// A `punctual_mode`; MODE_ALL by default.
-    pub mode: u32,
-    /// The tree.
-    pub tree: Option<&'t punctual_tree>,
-    /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it
-    /// is full.
-    pub pair_limit: usize,
-}
-
-grows!(punctual_self_query<'_>: size, pair_limit..pair_limit);
-
-impl Default for punctual_self_query<'_> {
-    fn default() -> Self {
-        Self {
-            size: Self::SIZE,
-            mode: punctual_mode::All as u32,
-            tree: None,
-            pair_limit: usize::MAX,
-        }
+types! {
+    /// The question where a surface intersects itself. Plain data, made by
+    /// `punctual_self_query_new`; it borrows the tree. To resume a query or to ask for its
+    /// certificate, all of it must be what it was.
+    ///
+    /// Triangles without a common corner count if they share a point; with one, if they share
+    /// another point; with a common edge, if they are coplanar and on the same side of it. Corners
+    /// are common if their positions are equal. A triangle that is there twice counts.
+    asked punctual_self_query<'t>(pair_limit) {
+        /// A `punctual_mode`; MODE_ALL by default.
+        mode: u32 = punctual_mode::All as u32,
+        /// The tree.
+        tree: Option<&'t punctual_tree> = None,
+        /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX:
+        /// when it is full.
+        pair_limit: usize = usize::MAX,
     }
 }
 

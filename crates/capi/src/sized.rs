@@ -29,26 +29,27 @@ pub(crate) unsafe trait Grows: Copy {
 /// It does.
 pub(crate) unsafe trait Sized32: Grows {}
 
-/// `grows!(T: needed..last)`: every caller has the fields up to `needed`. Nothing follows `last`,
-/// so that a new field makes the struct longer rather than to fill its end.
+/// `grows!(T: needed.. fields)`: every caller has the fields up to `needed`. Nothing follows the last
+/// one, so that a new field makes the struct longer rather than to fill its end.
 macro_rules! grows {
-    ($type:ty: $needed:ident..$last:ident) => {
-        // SAFETY: `repr(C)` and plain, as all structs of the header.
-        unsafe impl $crate::sized::Grows for $type {
-            const LEAST: usize = $crate::sized::end(core::mem::offset_of!($type, $needed), |it: &$type| &it.$needed);
-        }
-        const _: () = assert!(
-            $crate::sized::end(core::mem::offset_of!($type, $last), |it: &$type| &it.$last) == size_of::<$type>()
-        );
-    };
-    ($type:ty: size, $needed:ident..$last:ident) => {
-        $crate::sized::grows!($type: $needed..$last);
+    ($type:ident $(<$life:lifetime>)?: size, $needed:ident.. $($field:ident)*) => {
+        $crate::sized::grows!($type $(<$life>)?: $needed.. $($field)*);
         // SAFETY: checked below.
-        unsafe impl $crate::sized::Sized32 for $type {}
-        impl $type {
-            pub(crate) const SIZE: u32 = size_of::<$type>() as u32;
+        unsafe impl $(<$life>)? $crate::sized::Sized32 for $type $(<$life>)? {}
+        impl $(<$life>)? $type $(<$life>)? {
+            pub(crate) const SIZE: u32 = size_of::<Self>() as u32;
         }
         const _: () = assert!(core::mem::offset_of!($type, size) == 0);
+    };
+    ($type:ident $(<$life:lifetime>)?: $needed:ident.. $($field:ident)*) => {
+        // SAFETY: `repr(C)` and plain, as all structs of the header.
+        unsafe impl $(<$life>)? $crate::sized::Grows for $type $(<$life>)? {
+            const LEAST: usize = $crate::sized::end(core::mem::offset_of!($type, $needed), |it: &$type| &it.$needed);
+        }
+        const _: () = {
+            let ends = [$($crate::sized::end(core::mem::offset_of!($type, $field), |it: &$type| &it.$field)),*];
+            assert!(ends[ends.len() - 1] == size_of::<$type>());
+        };
     };
 }
 pub(crate) use grows;
@@ -236,25 +237,15 @@ fn check_size<T: Grows>(size: usize, what: &'static str) -> Result<(), Fault> {
 mod tests {
     use super::*;
 
-    /// A struct as it may be after two more versions.
-    #[repr(C)]
-    #[derive(Clone, Copy, Debug, PartialEq)]
-    struct Grown {
-        size: u32,
-        first: u32,
-        second: f64,
-        third: u64,
-    }
-    grows!(Grown: size, first..third);
-
-    impl Default for Grown {
-        fn default() -> Self {
-            Self {
-                size: Self::SIZE,
-                first: 1,
-                second: 2.0,
-                third: 3,
-            }
+    crate::verbs::types! {
+        /// A struct as it may be after two more versions.
+        asked Grown(first) {
+            /// Needed.
+            first: u32 = 1,
+            /// Newer.
+            second: f64 = 2.0,
+            /// Newest.
+            third: u64 = 3,
         }
     }
 

@@ -1,5 +1,6 @@
 //! How a call ends: a status, and a text for people.
 
+use crate::verbs::types;
 use ::punctual_robot::RobotError;
 use ::punctual_scene::SceneError;
 use core::cell::RefCell;
@@ -8,47 +9,47 @@ use core::fmt::{self, Write};
 use punctual::geom::{MotionError, RayError};
 use punctual::points::PointError;
 use punctual::tree::{ShapeError, SolidError, TreeFault, TreeFileError};
-use punctual::{MeshError, PoseError, ResumeError};
+use punctual::{DepthError, MeshError, PoseError, ResumeError};
 use punctual_io::{FileError, ReadError};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and
-/// nothing was changed (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text that
-/// names the place.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_status {
-    /// Done.
-    Ok = 0,
-    /// A pointer that must not be null is null.
-    Null = 1,
-    /// A number is out of its range: an unknown value of an enumeration, an index or a length, or
-    /// NaN.
-    BadArgument = 2,
-    /// Vertices and triangles are no mesh, or new vertices do not fit it.
-    BadMesh = 3,
-    /// Numbers are no pose: not finite, no rotation, or too far out.
-    BadPose = 4,
-    /// A body id is not valid in this scene.
-    NoSuchBody = 5,
-    /// The scene has no id left.
-    SceneFull = 6,
-    /// The workspace does not hold a run of this query: same trees, pose and options.
-    NotResumable = 7,
-    /// A tree is unsound. None that was built here is.
-    BadTree = 8,
-    /// There is not that much memory.
-    OutOfMemory = 9,
-    /// The operating system gives no thread.
-    NoThread = 10,
-    /// An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which can
-    /// only be freed now.
-    Poisoned = 11,
-    /// A fault of the library was caught. The handles that the call was to change are poisoned.
-    Panic = 12,
-    /// A file cannot be read, or it, or its bytes, hold no mesh or no tree, or are damaged.
-    BadFile = 13,
+types! {
+    /// How a call ended. Unless it is `PUNCTUAL_STATUS_OK`, nothing was written to the outputs and
+    /// nothing was changed (but see `PUNCTUAL_STATUS_PANIC`), and `punctual_last_error` has a text
+    /// that names the place.
+    enum punctual_status {
+        /// Done.
+        Ok = 0,
+        /// A pointer that must not be null is null.
+        Null = 1,
+        /// A number is out of its range: an unknown value of an enumeration, an index or a length,
+        /// or NaN.
+        BadArgument = 2,
+        /// Vertices and triangles are no mesh, or new vertices do not fit it.
+        BadMesh = 3,
+        /// Numbers are no pose: not finite, no rotation, or too far out.
+        BadPose = 4,
+        /// A body id is not valid in this scene.
+        NoSuchBody = 5,
+        /// The scene has no id left.
+        SceneFull = 6,
+        /// The workspace does not hold a run of this query: same trees, pose and options.
+        NotResumable = 7,
+        /// A tree is unsound. None that was built here is.
+        BadTree = 8,
+        /// There is not that much memory.
+        OutOfMemory = 9,
+        /// The operating system gives no thread.
+        NoThread = 10,
+        /// An earlier call ended with `PUNCTUAL_STATUS_PANIC` while it changed this handle, which
+        /// can only be freed now.
+        Poisoned = 11,
+        /// A fault of the library was caught. The handles that the call was to change are poisoned.
+        Panic = 12,
+        /// A file cannot be read, or it, or its bytes, hold no mesh or no tree, or are damaged.
+        BadFile = 13,
+    }
 }
 
 /// What keeps a call from its work.
@@ -92,6 +93,7 @@ pub(crate) enum Fault {
     Robot(RobotError),
     Solid(SolidError),
     Shape(ShapeError),
+    Depth(DepthError),
 }
 
 impl Fault {
@@ -109,6 +111,7 @@ impl Fault {
             | Self::Negative(..)
             | Self::Ray(..)
             | Self::Points(_)
+            | Self::Depth(_)
             | Self::NotUtf8(_) => punctual_status::BadArgument,
             Self::OutOfMemory => punctual_status::OutOfMemory,
             Self::Poisoned(_) => punctual_status::Poisoned,
@@ -186,10 +189,14 @@ impl fmt::Display for Fault {
             Self::Points(PointError::NotSolid) => f.write_str(
                 "the tree was not built as a solid, see `solid` of punctual_build_options",
             ),
+            Self::Points(PointError::NotCloud) => f.write_str(
+                "the tree is not that of a point cloud, see punctual_tree_from_points_f32",
+            ),
             Self::Points(error) => error.fmt(f),
             Self::Robot(error) => error.fmt(f),
             Self::Solid(error) => error.fmt(f),
             Self::Shape(error) => error.fmt(f),
+            Self::Depth(error) => error.fmt(f),
         }
     }
 }
@@ -218,7 +225,8 @@ fault_from!(
     Points(PointError),
     Robot(RobotError),
     Solid(SolidError),
-    Shape(ShapeError)
+    Shape(ShapeError),
+    Depth(DepthError)
 );
 
 /// Runs the work of the call `name`. No panic leaves it.

@@ -1,130 +1,91 @@
 //! Trees.
 
 use crate::arrays::{array, list};
-use crate::handle::{Handle, change, get, put};
+use crate::handle::{change, get};
 use crate::mesh::punctual_mesh;
 use crate::pose::punctual_point;
-use crate::sized::{grows, place, read};
-use crate::status::{Fault, free, given, value_of};
-use crate::verbs::{calls, inits, lists};
+use crate::sized::{place, read};
+use crate::status::{Fault, given, value_of};
+use crate::verbs::{calls, handles, inits, lists, types};
 use core::mem::MaybeUninit;
 use punctual::tree::{Effort, Solid};
 use punctual::{BuildOptions, Tree};
 use std::sync::Arc;
 
-/// The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as
-/// none refits or frees it.
-#[derive(Debug)]
-pub struct punctual_tree(pub(crate) Handle<Arc<Tree>>);
+handles! {
+    /// The bounding volume tree of one mesh. Any number of threads may read it and query it, as
+    /// long as none refits or frees it.
+    punctual_tree(Arc<Tree>);
 
-impl punctual_tree {
-    pub(crate) fn new(tree: Arc<Tree>) -> Self {
-        Self(Handle::new(tree))
+    /// Frees a tree; null is fine. Scenes keep what they share.
+    punctual_tree_free(tree);
+}
+
+types! {
+    /// How much time a build may take to make queries faster.
+    enum punctual_effort {
+        /// For meshes that change or are asked about only a few times.
+        Fast = 0,
+        /// The default.
+        Normal = 1,
     }
-}
 
-/// How much time a build may take to make queries faster.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_effort {
-    /// For meshes that change or are asked about only a few times.
-    Fast = 0,
-    /// The default.
-    Normal = 1,
-}
+    /// How a tree is built. Begin with `punctual_build_options_default()`.
+    asked punctual_build_options(effort) {
+        /// A `punctual_effort`.
+        effort: u32 = punctual_effort::Normal as u32,
+        /// Whether boxes may be turned to where they are smallest: 0 or not 0.
+        frames: u32 = BuildOptions::default().orientations.into(),
+        /// Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a
+        /// scene, convex bodies that are close are then told apart by a plane, without a search,
+        /// until a refit. Takes a third to the whole of the build's time more.
+        extremes: u32 = BuildOptions::default().extremes.into(),
+        /// Most threads to build in; more than one only for large meshes. The tree is the same, to
+        /// the bit.
+        threads: usize = BuildOptions::default().threads,
+        /// A `punctual_solid`: what the mesh bounds.
+        solid: usize = punctual_solid::No as usize,
+    }
 
-/// How a tree is built. Begin with `punctual_build_options_default()`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct punctual_build_options {
-    /// Its size in bytes, as made.
-    pub size: u32,
-    /// A `punctual_effort`.
-    pub effort: u32,
-    /// Whether boxes may be turned to where they are smallest: 0 or not 0.
-    pub frames: u32,
-    /// Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a
-    /// scene, convex bodies that are close are then told apart by a plane, without a search, until
-    /// a refit. Takes a third to the whole of the build's time more.
-    pub extremes: u32,
-    /// Most threads to build in; more than one only for large meshes. The tree is the same, to the
-    /// bit.
-    pub threads: usize,
-    /// A `punctual_solid`: what the mesh bounds.
-    pub solid: usize,
-}
+    /// What a mesh bounds. Rooms, terrain and shells bound nothing.
+    enum punctual_solid {
+        /// A surface without an inside; the default.
+        No = 0,
+        /// A solid, oriented as its triangles are.
+        Keep = 1,
+        /// A solid of which parts that are inside out are reversed: the second and third corner of
+        /// their triangles change places.
+        Flip = 2,
+    }
 
-grows!(punctual_build_options: size, effort..solid);
+    /// Numbers that describe a tree.
+    told punctual_tree_facts(bytes) {
+        /// How much looser the boxes have become since the build, by refits: the SAH cost now over
+        /// that after the build, no unit.
+        degradation: f32,
+        /// Triangles of the mesh.
+        triangles: usize,
+        /// Nodes, leaves included.
+        nodes: usize,
+        /// Nodes whose children are triangles.
+        leaves: usize,
+        /// Levels of nodes; 0 for an empty mesh.
+        depth: usize,
+        /// Memory on the heap, the mesh included.
+        bytes: usize,
+        /// A length that goes with the size of the mesh; default tolerances are stated in it.
+        unit_length: f64,
+    }
 
-/// What a mesh bounds. Rooms, terrain and shells bound nothing.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum punctual_solid {
-    /// A surface without an inside; the default.
-    No = 0,
-    /// A solid, oriented as its triangles are.
-    Keep = 1,
-    /// A solid of which parts that are inside out are reversed: the second and third corner of
-    /// their triangles change places.
-    Flip = 2,
-}
-
-/// Numbers that describe a tree.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_tree_facts {
-    /// Its size in bytes, to be set before the call.
-    pub size: u32,
-    /// How much looser the boxes have become since the build, by refits: the SAH cost now over that
-    /// after the build, no unit.
-    pub degradation: f32,
-    /// Triangles of the mesh.
-    pub triangles: usize,
-    /// Nodes, leaves included.
-    pub nodes: usize,
-    /// Nodes whose children are triangles.
-    pub leaves: usize,
-    /// Levels of nodes; 0 for an empty mesh.
-    pub depth: usize,
-    /// Memory on the heap, the mesh included.
-    pub bytes: usize,
-    /// A length that goes with the size of the mesh; default tolerances are stated in it.
-    pub unit_length: f64,
-}
-
-grows!(punctual_tree_facts: size, bytes..unit_length);
-
-/// One level of a tree.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_tree_level {
-    /// Nodes on it.
-    pub nodes: u32,
-    /// Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink on a
-    /// binary level, 0 to 1.
-    pub alpha: [f32; 3],
-    /// Mean number of binary levels of their subtrees: log2 of their triangles.
-    pub levels: f32,
-}
-
-grows!(punctual_tree_level: nodes..levels);
-
-impl Default for punctual_build_options {
-    fn default() -> Self {
-        let BuildOptions {
-            orientations,
-            extremes,
-            threads,
-            ..
-        } = BuildOptions::default();
-        Self {
-            size: Self::SIZE,
-            effort: punctual_effort::Normal as u32,
-            frames: orientations.into(),
-            extremes: extremes.into(),
-            threads,
-            solid: punctual_solid::No as usize,
-        }
+    /// One level of a tree.
+    row punctual_tree_level(nodes) {
+        /// Nodes on it.
+        nodes: u32,
+        /// Mean alpha of their subtrees per axis of their frames: the factor by which boxes shrink
+        /// on a binary level, 0 to 1.
+        alpha: [f32; 3],
+        /// Mean number of binary levels of their subtrees: log2 of their triangles.
+        levels: f32,
     }
 }
 
@@ -138,19 +99,17 @@ calls! {
     /// Takes `n log n` time.
     ///
     /// Fails with BAD_ARGUMENT if `options->effort` or `options->solid` is unknown.
-    unsafe fn punctual_tree_new(
-        mesh: Option<&punctual_mesh>, options: *const punctual_build_options,
-        tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>
-    ) {
+    unsafe make punctual_tree_new(
+        mesh: Option<&punctual_mesh>, options: *const punctual_build_options
+    ) -> tree: punctual_tree = {
         let punctual_mesh(mesh) = given(mesh, "mesh")?;
         let options = match options.is_null() {
             true => punctual_build_options::default(),
             // SAFETY: the contract of the header for structs.
             false => unsafe { read(options, "options") }?,
         };
-        let options = build_options(&options)?;
-        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::with_options(mesh.clone(), &options)))))
-    }
+        Tree::with_options(mesh.clone(), &build_options(&options)?)
+    };
 }
 
 fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault> {
@@ -170,17 +129,17 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
     Ok(chosen.extremes(options.extremes != 0).solid(solid))
 }
 
-/// Mass properties of a solid of density 1.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_mass_properties {
-    /// In the mesh's unit of length cubed.
-    pub volume: f64,
-    /// The centre of mass, in the coordinates of the mesh.
-    pub center: punctual_point,
-    /// The inertia tensor about the centre of mass, for the axes of the mesh: row by row; it is
-    /// symmetric.
-    pub inertia: [f64; 9],
+types! {
+    /// Mass properties of a solid of density 1.
+    plain punctual_mass_properties {
+        /// In the mesh's unit of length cubed.
+        volume: f64,
+        /// The centre of mass, in the coordinates of the mesh.
+        center: punctual_point,
+        /// The inertia tensor about the centre of mass, for the axes of the mesh: row by row; it is
+        /// symmetric.
+        inertia: [f64; 9],
+    }
 }
 
 calls! {
@@ -207,19 +166,10 @@ calls! {
     /// Fails with BAD_FILE if the bytes are no tree, are of another version of the format, or were
     /// changed, cut or extended. Whatever they are, it takes no memory out of proportion to their
     /// number, and the tree that it makes gives true answers about the mesh that they hold.
-    unsafe fn punctual_tree_from_bytes(
-        bytes: *const u8, count: usize, tree: Option<&mut MaybeUninit<Option<Box<punctual_tree>>>>
-    ) {
+    unsafe make punctual_tree_from_bytes(bytes: *const u8, count: usize) -> tree: punctual_tree = {
         // SAFETY: the contract of the header for arrays.
-        let bytes = unsafe { array(bytes, count, "bytes") }?;
-        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::from_bytes(bytes)?))))
-    }
-}
-
-/// Frees a tree; null is fine. Scenes keep what they share.
-#[unsafe(no_mangle)]
-pub extern "C" fn punctual_tree_free(tree: Option<Box<punctual_tree>>) {
-    free(tree);
+        Tree::from_bytes(unsafe { array(bytes, count, "bytes") }?)?
+    };
 }
 
 calls! {
@@ -249,12 +199,8 @@ calls! {
     }
 
     /// A copy of the mesh of a tree, as it is now.
-    fn punctual_tree_mesh(
-        tree: Option<&punctual_tree>, mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>
-    ) {
-        let tree = get(tree, "tree")?;
-        put(mesh, || Ok(tree.mesh().clone()))
-    }
+    make punctual_tree_mesh(tree: Option<&punctual_tree>) -> mesh: punctual_mesh =
+        get(tree, "tree")?.mesh().clone();
 
     /// Describes a tree. Takes linear time and allocates.
     unsafe fn punctual_tree_describe(

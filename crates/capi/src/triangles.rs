@@ -2,29 +2,27 @@
 
 use crate::pose::punctual_point;
 use crate::status::{Fault, given};
-use crate::verbs::calls;
+use crate::verbs::{calls, types};
 use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
 
 /// 2^1000, the largest coordinate of a mesh.
 const COORDINATE_LIMIT: f64 = f64::from_bits((1023 + 1000) << 52);
 
-/// Three corners, each x, y, z.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_triangle {
-    /// Corner by corner.
-    pub corners: [[f64; 3]; 3],
-}
+types! {
+    /// Three corners, each x, y, z.
+    plain punctual_triangle {
+        /// Corner by corner.
+        corners: [[f64; 3]; 3],
+    }
 
-/// Two points and what is between them.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct punctual_segment {
-    /// One end.
-    pub from: punctual_point,
-    /// The other one.
-    pub to: punctual_point,
+    /// Two points and what is between them.
+    plain punctual_segment {
+        /// One end.
+        from: punctual_point,
+        /// The other one.
+        to: punctual_point,
+    }
 }
 
 impl punctual_triangle {

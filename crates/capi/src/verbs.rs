@@ -3,8 +3,164 @@
 //! `tools/c_header` reads the expanded source, so docs here are docs of the header. A new question
 //! needs its structs and a [`question!`] in one file.
 
+/// Types of the header: each field with its doc, and with its default or where it comes from.
+///
+/// - `enum`: its numbers are those of the header; `from` an enum of the library with the same names,
+///   or from an answer that is `bool` once it is known.
+/// - `asked`, `told`: begin with their size and may grow; every caller has the fields up to the one
+///   in parentheses. The first is read and has defaults, the second is written.
+/// - `row`: may grow, with its size beside an array.
+/// - `plain`: stays as it is.
+///
+/// `from (found: T)` makes one of what the library answers.
+macro_rules! types {
+    () => {};
+    ($(#[$doc:meta])* enum $name:ident $(from $same:ident)? { $($variants:tt)* } $($rest:tt)*) => {
+        $(#[$doc])*
+        #[repr(u32)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $name { $($variants)* }
+        $crate::verbs::types! { @same $name [$($same)?] { $($variants)* } }
+        $crate::verbs::types! { $($rest)* }
+    };
+    (@same $name:ident [] $variants:tt) => {};
+    (@same $name:ident [bool] $variants:tt) => {
+        impl From<Option<bool>> for $name {
+            fn from(answer: Option<bool>) -> Self {
+                answer.map_or(Self::Undecided, |yes| if yes { Self::Yes } else { Self::No })
+            }
+        }
+    };
+    (
+        @same $name:ident [$same:ident]
+        { $($(#[$about:meta])* $variant:ident = $number:literal),* $(,)? }
+    ) => {
+        impl From<$same> for $name {
+            fn from(same: $same) -> Self {
+                match same {
+                    $($same::$variant => Self::$variant,)*
+                }
+            }
+        }
+    };
+    (
+        $(#[$doc:meta])* asked $name:ident $(<$life:lifetime>)? ($needed:ident) $(from $found:tt)?
+        { $($(#[$about:meta])* $field:ident: $type:ty $(= $value:expr)?),* $(,)? } $($rest:tt)*
+    ) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name $(<$life>)? {
+            /// Its size in bytes, as made.
+            pub size: u32,
+            $($(#[$about])* pub $field: $type,)*
+        }
+        $crate::sized::grows!($name $(<$life>)?: size, $needed.. $($field)*);
+        $crate::verbs::types! {
+            @made asked [$(from $found)?] $name $(<$life>)?
+            { size: Self::SIZE, $($field $(: $value)?,)* }
+        }
+        $crate::verbs::types! { $($rest)* }
+    };
+    (
+        $(#[$doc:meta])* told $name:ident ($needed:ident) $(from $found:tt)?
+        { $($(#[$about:meta])* $field:ident: $type:ty $(= $value:expr)?),* $(,)? } $($rest:tt)*
+    ) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name {
+            /// Its size in bytes, to be set before the call.
+            pub size: u32,
+            $($(#[$about])* pub $field: $type,)*
+        }
+        $crate::sized::grows!($name: size, $needed.. $($field)*);
+        $crate::verbs::types! {
+            @made told [$(from $found)?] $name { size: Self::SIZE, $($field $(: $value)?,)* }
+        }
+        $crate::verbs::types! { $($rest)* }
+    };
+    (
+        $(#[$doc:meta])* row $name:ident ($needed:ident) $(from $found:tt)? { $($fields:tt)* }
+        $($rest:tt)*
+    ) => {
+        $crate::verbs::types! { $(#[$doc])* plain $name $(from $found)? { $($fields)* } }
+        $crate::verbs::types! { @grows $name $needed { $($fields)* } }
+        $crate::verbs::types! { $($rest)* }
+    };
+    (
+        $(#[$doc:meta])* plain $name:ident $(from $found:tt)?
+        { $($(#[$about:meta])* $field:ident: $type:ty $(= $value:expr)?),* $(,)? } $($rest:tt)*
+    ) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name {
+            $($(#[$about])* pub $field: $type,)*
+        }
+        $crate::verbs::types! { @made plain [$(from $found)?] $name { $($field $(: $value)?,)* } }
+        $crate::verbs::types! { $($rest)* }
+    };
+    (
+        @grows $name:ident $needed:ident
+        { $($(#[$about:meta])* $field:ident: $type:ty $(= $value:expr)?),* $(,)? }
+    ) => {
+        $crate::sized::grows!($name: $needed.. $($field)*);
+    };
+    (@made asked [] $name:ident $(<$life:lifetime>)? { $($fields:tt)* }) => {
+        impl $(<$life>)? Default for $name $(<$life>)? {
+            fn default() -> Self {
+                Self { $($fields)* }
+            }
+        }
+    };
+    (@made $kind:ident [] $($rest:tt)*) => {};
+    (
+        @made $kind:ident [from ($found:tt: $from:ty)] $name:ident $(<$life:lifetime>)?
+        { $($fields:tt)* }
+    ) => {
+        impl $(<$life>)? From<$from> for $name $(<$life>)? {
+            fn from($found: $from) -> Self {
+                Self { $($fields)* }
+            }
+        }
+    };
+}
+
+/// Opaque handles, and the functions that free them.
+macro_rules! handles {
+    ($($(#[$doc:meta])* $name:ident($value:ty $(, $more:ty)*);
+       $(#[$free_doc:meta])* $free:ident($on:ident);)*) => {$(
+        $(#[$doc])*
+        #[derive(Debug)]
+        pub struct $name(pub(crate) $crate::handle::Handle<$value> $(, pub(crate) $more)*);
+
+        impl $crate::handle::Holds for $name {
+            type Value = $value;
+            fn handle(&self) -> &$crate::handle::Handle<$value> {
+                &self.0
+            }
+            fn handle_mut(&mut self) -> &mut $crate::handle::Handle<$value> {
+                &mut self.0
+            }
+        }
+
+        impl From<$value> for $name {
+            fn from(value: $value) -> Self {
+                Self($crate::handle::Handle::new(value) $(, <$more>::default())*)
+            }
+        }
+
+        $(#[$free_doc])*
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $free($on: Option<Box<$name>>) {
+            $crate::status::free($on);
+        }
+    )*};
+}
+
 /// Functions that return a status: exported under their names, behind
-/// [`door`](crate::status::door).
+/// [`door`](crate::status::door). `change` changes what a handle holds; `make` hands out a handle.
 macro_rules! calls {
     () => {};
     ($(#[$doc:meta])* unsafe fn $name:ident $arguments:tt $body:block $($rest:tt)*) => {
@@ -13,6 +169,37 @@ macro_rules! calls {
     };
     ($(#[$doc:meta])* fn $name:ident $arguments:tt $body:block $($rest:tt)*) => {
         $crate::verbs::calls! { @ [] $(#[$doc])* $name $arguments $body }
+        $crate::verbs::calls! { $($rest)* }
+    };
+    (
+        $(#[$doc:meta])* change $name:ident($on:ident: $handle:ty $(, $arg:ident: $type:ty)*)
+        = $change:expr; $($rest:tt)*
+    ) => {
+        $crate::verbs::calls! {
+            @ [] $(#[$doc])* $name($on: Option<&mut $handle> $(, $arg: $type)*) {
+                $crate::handle::change($on, stringify!($on), |$on| {
+                    $change;
+                    Ok(())
+                })
+            }
+        }
+        $crate::verbs::calls! { $($rest)* }
+    };
+    ($(#[$doc:meta])* unsafe make $($rest:tt)*) => {
+        $crate::verbs::calls! { @make [unsafe] [$(#[$doc])*] $($rest)* }
+    };
+    ($(#[$doc:meta])* make $($rest:tt)*) => {
+        $crate::verbs::calls! { @make [] [$(#[$doc])*] $($rest)* }
+    };
+    (
+        @make $unsafe:tt [$(#[$doc:meta])*] $name:ident($($arg:ident: $type:ty),*)
+        -> $out:ident: $handle:ty = $made:expr; $($rest:tt)*
+    ) => {
+        $crate::verbs::calls! {
+            @ $unsafe $(#[$doc])* $name(
+                $($arg: $type,)* $out: Option<&mut core::mem::MaybeUninit<Option<Box<$handle>>>>
+            ) { $crate::handle::put($out, || Ok($made)) }
+        }
         $crate::verbs::calls! { $($rest)* }
     };
     (
@@ -262,5 +449,6 @@ macro_rules! open_boxes {
 }
 
 pub(crate) use {
-    calls, certificate, inits, lists, open_boxes, predict, question, remaining, resume, run, spend,
+    calls, certificate, handles, inits, lists, open_boxes, predict, question, remaining, resume,
+    run, spend, types,
 };

@@ -93,8 +93,12 @@ fn every_function_is_wrapped_for_cpp() {
 #[test]
 fn functions_that_trust_the_caller_are_unsafe() {
     let source = read_all("crates/capi/src");
-    for (at, _) in source.match_indices(" fn punctual_") {
-        let signature = source[at..].split('{').next().unwrap();
+    let introductions = ["fn", "make", "change"].map(|word| format!(" {word} punctual_"));
+    let found = introductions
+        .iter()
+        .flat_map(|word| source.match_indices(word.as_str()));
+    for (at, _) in found {
+        let signature = source[at..].split(['{', '=']).next().unwrap();
         let trusts = [": *const", ": *mut", "Option<&punctual_clock>"];
         assert_eq!(
             source[..at]

@@ -15,6 +15,8 @@ mod distances;
 mod manifolds;
 #[path = "capi/motions.rs"]
 mod motions;
+#[path = "capi/near_points.rs"]
+mod near_points;
 #[path = "capi/penetration.rs"]
 mod penetration;
 #[path = "capi/points.rs"]

@@ -187,10 +187,10 @@ impl Polytope {
 }
 
 /// The components of a body, if all of them are convex.
-fn pieces(tree: &Tree) -> &[Option<Convex>] {
-    let pieces = tree.solid().map_or(&[][..], |solid| solid.convex());
-    if pieces.iter().all(Option::is_some) {
-        pieces
+fn components(tree: &Tree) -> &[Option<Convex>] {
+    let components = tree.solid().map_or(&[][..], |solid| solid.convex());
+    if components.iter().all(Option::is_some) {
+        components
     } else {
         &[]
     }
@@ -199,12 +199,12 @@ fn pieces(tree: &Tree) -> &[Option<Convex>] {
 impl<'t> PenetrationQuery<'t> {
     /// Number of pairs of components, if all are convex; 0 if there are too many.
     pub(super) fn convex_pairs(&self) -> usize {
-        let count = pieces(self.a).len() * pieces(self.b).len();
+        let count = components(self.a).len() * components(self.b).len();
         if count <= PAIRS { count } else { 0 }
     }
 
     fn convex_pair(&self, pair: usize) -> Option<[&'t Convex; 2]> {
-        let (a, b) = (pieces(self.a), pieces(self.b));
+        let (a, b) = (components(self.a), components(self.b));
         let [i, j] = [pair / b.len().max(1), pair % b.len().max(1)];
         Some([a.get(i)?.as_ref()?, b.get(j)?.as_ref()?])
     }

@@ -17,7 +17,8 @@ pub(super) struct Segments {
     size: f64,
     /// Sums of the normals of A and of B, weighted by the lengths of the segments.
     normals: [DVec3; 2],
-    /// Twice the vector area of the curves. Closed curves need no linking for it.
+    /// Twice the vector area of the curves. For closed curves the order of the segments does not
+    /// matter.
     area: DVec3,
 }
 

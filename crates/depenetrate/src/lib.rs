@@ -1,19 +1,19 @@
 //! Penetration depth: how far one body has to move until it no longer penetrates another, as an
 //! interval with both ends proven, and a push (a translation) that separates them.
 //!
-//! It is a caller of [`punctual::Query`]. Contacts give directions, bisection the least length along
-//! each, and the faces of obstacles better directions: `high` is the length of the shortest push
-//! after which an exact query, or a plane, finds the bodies apart. `low` comes from a cover of the
-//! shorter translations: it is the least radius of the cones around 0. The search advances the cone
-//! with the least radius by a set that it knows. If none helps, it asks what blocks a push along
-//! the middle of the cone: either nothing does, and the push is shorter than the best, or two
+//! It is a caller of [`punctual::Query`]. Contacts give directions, bisection the least length
+//! along each, and the faces of obstacles better directions: `high` is the length of the shortest
+//! push after which an exact query, or a plane, finds the bodies apart. `low` comes from a cover of
+//! the shorter translations: it is the least radius of the cones around 0. The search advances the
+//! cone with the least radius by a set that it knows. If none helps, it asks what blocks a push
+//! along the middle of the cone: either nothing does, and the push is shorter than the best, or two
 //! triangles do, which give new sets.
 //!
 //! Convex components come first: an expanding polytope in the difference of two of them (module
 //! `convex`) gives both bounds at once, and mostly ends the search.
 //!
-//! A set is the translations at which two triangles meet (module `sets`), or a ball: where a ball
-//! inside of A overlaps one inside of B, or holds a point of B's surface, the bodies meet.
+//! A set is the translations at which two triangles meet (module `sets`), or a ball: the bodies
+//! meet where a ball inside A overlaps one inside B, or holds a point of B's surface.
 //!
 //! The search is a machine (`machine`): each step does little work, or puts one question to the
 //! trees, and changes the state only when the answer is complete. So it stops and continues
@@ -56,8 +56,8 @@ const TOLERANCE: f64 = 1e-3;
 /// its end, or a plane between the two found them apart. Both bounds only improve with more budget
 /// of work. Where they are apart at the pose itself, both are 0.
 ///
-/// Trees may have a [radius](punctual::Tree::with_radius): the search is about the cores first, then
-/// about pushes of the thickened bodies. The bounds hold; how tight they end is not promised.
+/// Trees may have a [radius](punctual::Tree::with_radius): the search is about the cores first,
+/// then about pushes of the thickened bodies. The bounds hold; how tight they end is not promised.
 ///
 /// Apart means: no triangle of A shares a point with one of B. With [`solid`](Self::solid) it also
 /// means that no component of one mesh is inside of the other.

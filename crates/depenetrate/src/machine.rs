@@ -37,7 +37,7 @@ pub(super) const RESOLUTION: f64 = 64.0;
 /// The error is the reason why a call ends.
 pub(super) type Step<T = ()> = Result<T, StopReason>;
 
-/// What the search does next.
+/// The next step of the search.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Task {
     /// Searches the depth of a pair of convex components.
@@ -203,9 +203,8 @@ impl State {
         }
     }
 
-    /// The bounds of the depth. If the cores penetrate each other, the bodies do so deeper by both
-    /// radii: the translations at which they meet hold a ball of the radii around each of those of
-    /// the cores, so a way out of them is longer by that.
+    /// The bounds of the depth. If the cores penetrate each other, both radii add to their depth:
+    /// around each translation at which the cores meet, the bodies meet in a ball of both radii.
     fn bounds(&self) -> [f64; 2] {
         match self.radii {
             0.0 => [self.low, self.high],
@@ -347,13 +346,14 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
         }
     }
 
-    /// What blocks a push, if anything does.
+    /// The obstacle that blocks a push, as a verdict.
     pub fn obstacle(&mut self, at: DVec3) -> Step<Verdict> {
         let query = Query::intersection(self.asked.a, self.asked.b, self.asked.pushed(at));
         self.ask(&self.kind(query))
     }
 
-    /// The question about solids, or about surfaces only; first of all about the cores.
+    /// The question about solids or surfaces: about their cores, until the search is about
+    /// thickened bodies.
     pub fn kind<'q>(&self, query: Query<'q, Intersection>) -> Query<'q, Intersection> {
         let query = self.asked.kind(query);
         if self.state.is_thick {

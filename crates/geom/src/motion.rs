@@ -144,8 +144,8 @@ impl Motion {
         )
     }
 
-    /// What is left of the motion at a time from 0 to 1, as a motion from time 0 to 1. Its poses
-    /// are those of this motion up to rounding.
+    /// The rest of the motion after a time from 0 to 1, as a motion from time 0 to 1. Its poses are
+    /// those of this motion up to rounding.
     ///
     /// # Errors
     /// [`MotionError`], if the body has moved too far away.

@@ -40,6 +40,7 @@ mod scene_view;
 mod shapes;
 mod tree;
 mod view;
+mod window;
 
 /// The compiled part of the package.
 #[pyo3::pymodule]
@@ -101,6 +102,8 @@ mod _punctual3d {
     use super::tree::Tree;
     #[pymodule_export]
     use super::view::View;
+    #[pymodule_export]
+    use super::window::PointWindow;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

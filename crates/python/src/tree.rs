@@ -50,10 +50,13 @@ impl Tree {
 
 impl From<punctual::Tree> for Tree {
     fn from(tree: punctual::Tree) -> Self {
-        Self {
-            arc: Arc::new(tree),
-            refits: 0,
-        }
+        Arc::new(tree).into()
+    }
+}
+
+impl From<Arc<punctual::Tree>> for Tree {
+    fn from(arc: Arc<punctual::Tree>) -> Self {
+        Self { arc, refits: 0 }
     }
 }
 

@@ -157,3 +157,23 @@ def test_depth_images_become_the_points_of_their_pixels():
             punctual3d.Tree.from_depth(depths, wrong)
     with pytest.raises(ValueError, match="scale"):
         punctual3d.Tree.from_depth(depths, (fx, fy, cx, cy), scale=0.0)
+
+
+def test_a_window_keeps_the_newest_points(ring):
+    window, frames = punctual3d.PointWindow(250, 4.0), [points(100, seed) for seed in range(5)]
+    inserted = np.concatenate(frames).astype(np.float32)
+    for number, frame in enumerate(frames):
+        before = window.tree
+        window.insert(frame)
+        assert not window.advance(work=3000) and len(window.tree.vertices) == len(before.vertices)
+        assert window.advance(1.0) and window.advance()
+        numbers, count = window.numbers, 100 * (number + 1)
+        assert sorted(numbers) == list(range(max(0, count - 250), count))
+        assert (window.tree.vertices == inserted[numbers]).all()
+        near = window.tree.points_within(ring, distance=0.3)
+        fresh = punctual3d.Tree.from_points(inserted[max(0, count - 250) : count]).points_within(ring, distance=0.3)
+        assert sorted(numbers[near]) == (fresh + max(0, count - 250)).tolist()
+    with pytest.raises(ValueError, match="1"):
+        window.insert([[0, 0, 0], [0, np.nan, 0]])
+    with pytest.raises(ValueError, match="reach"):
+        punctual3d.PointWindow(250, 0.0)

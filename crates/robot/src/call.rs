@@ -207,8 +207,7 @@ impl<'c> Call<'c, '_> {
         holds
     }
 
-    /// Decides whether more than this is left of the distance of a pair's surfaces above their
-    /// margin.
+    /// Decides whether the distance of a pair's surfaces exceeds their margin by more than `left`.
     pub fn is_farther(&mut self, pair: u32, left: f64) -> Result<bool, StopReason> {
         let of = &self.world.pairs[pair as usize];
         let limit = self.room.placement.margin(of) + left;
@@ -216,7 +215,7 @@ impl<'c> Call<'c, '_> {
         end.map(|()| bounds.closer == Some(false))
     }
 
-    /// Decides whether a pair stays apart by more than its margin, and this more, while the second
+    /// Decides whether a pair stays farther apart than its margin plus `bend` while the second
     /// shape moves from a pose to its present one, seen from the first. Its middle moves along a
     /// straight line, and it turns at a constant rate. False if that is not proven.
     pub fn is_free(&mut self, pair: u32, start: &Transform, bend: f64) -> Result<bool, StopReason> {

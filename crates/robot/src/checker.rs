@@ -240,10 +240,10 @@ impl Checker {
         Ok(())
     }
 
-    /// Tells whether two links or obstacles may touch: pairs that may are not checked. What was told
-    /// last of a pair counts, before what the description and [`Checker::attach`] say. A link stands for all its shapes. Obstacles that are added later follow what was
-    /// told of their names; pairs that never move relative to each other stay unchecked. Lists all
-    /// pairs anew.
+    /// Sets whether two links or obstacles may touch: pairs that may are not checked. The last call
+    /// for a pair counts, before the description and [`Checker::attach`]. A link stands for all its
+    /// shapes. Obstacles that are added later follow the calls for their names; pairs that never
+    /// move relative to each other stay unchecked. Lists all pairs anew.
     ///
     /// # Errors
     /// [`RobotError::Model`] if there is no link or obstacle of a name. Nothing is changed then.

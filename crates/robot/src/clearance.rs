@@ -67,7 +67,8 @@ impl ClearanceOptions {
 #[must_use]
 #[non_exhaustive]
 pub struct Clearance {
-    /// Proven lower bound, in metres: of no pair is less left. Infinite if no pair counts.
+    /// Proven lower bound, in metres: no pair's distance exceeds its margin by less. Infinite if no
+    /// pair counts.
     pub low: f64,
     /// Proven upper bound, in metres: that of `pair`. Infinite if no pair was measured yet. For
     /// cylinders, their bands ([`Shape::band`](crate::Shape::band)) are added to the tolerance.
@@ -91,8 +92,8 @@ impl Clearance {
     };
 }
 
-/// The pairs that are still to be measured, the nearest first: a lower bound of what is left of the
-/// distance above the margin, in the order of numbers, the pair, and whether boxes gave the bound.
+/// The pairs that are still to be measured, the nearest first: a lower bound of the distance above
+/// the margin as ordered bits, the pair, and true if boxes gave the bound.
 pub(crate) type Bounds = BinaryHeap<Reverse<(i64, u32, bool)>>;
 
 pub(crate) fn bound(gap: f64, number: u32, by_boxes: bool) -> Reverse<(i64, u32, bool)> {
@@ -109,7 +110,7 @@ pub(crate) fn unordered(bits: i64) -> f64 {
     f64::from_bits((if bits < 0 { bits ^ i64::MAX } else { bits }) as u64)
 }
 
-/// What is left of a distance above a margin, rounded if it is not exact.
+/// A distance minus a margin, rounded if it is not exact.
 fn above(distance: f64, margin: f64, round: fn(f64) -> f64) -> f64 {
     let left = distance - margin;
     let is_exact = margin == 0.0 || distance == 0.0;
@@ -159,7 +160,7 @@ impl Call<'_, '_> {
             }
             found.low = f64::INFINITY;
             let end = self.nearest(&mut bounds, options.tolerance, &mut found);
-            // What is left may be as near as its least bound.
+            // An unmeasured pair may be as near as the least bound.
             let left = bounds.peek().map(|bound| unordered(bound.0.0));
             found.low = found.low.min(left.unwrap_or(f64::INFINITY));
             end
@@ -207,8 +208,7 @@ impl Call<'_, '_> {
         Ok(())
     }
 
-    /// Measures what is left of the distance of a pair above its margin, as far as it is less than
-    /// `least`.
+    /// Measures the distance of a pair above its margin, as far as it is less than `least`.
     pub fn measure(
         &mut self,
         number: u32,
@@ -242,8 +242,8 @@ impl Call<'_, '_> {
     }
 }
 
-/// What is left of the distance of one pair above its margin, and its closest points in the world,
-/// the lower id first; the origin if one shape holds the other.
+/// The distance of one pair above its margin, and its closest points in the world, the lower id
+/// first; the origin if one shape holds the other.
 pub(crate) struct Measured {
     pub low: f64,
     pub high: f64,

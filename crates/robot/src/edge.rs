@@ -99,14 +99,14 @@ impl EdgeOptions {
     }
 }
 
-/// What is known of a motion, which starts at time 0. Each line of an edge or a path takes
+/// The answer about a motion, which starts at time 0. Each line of an edge or a path takes
 /// [`EdgeOptions::duration`], by default a time of 1. The times of a trajectory and a horizon are
 /// in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
 pub struct Edge {
-    /// The answer.
+    /// Whether the motion is free.
     pub answer: EdgeAnswer,
     /// Proven: no contact before this time. The time of the end if all is free, the end included.
     pub free_until: f64,
@@ -163,7 +163,7 @@ impl Kept {
     }
 }
 
-/// What remains to be done at the middle of an interval.
+/// The next step at the middle of an interval.
 #[derive(Clone, Copy, Debug)]
 enum Phase {
     Place,
@@ -440,7 +440,7 @@ impl Run {
         Ok(())
     }
 
-    /// What is known so far.
+    /// The answer so far.
     pub fn edge(&self, world: &World) -> Edge {
         let end = (self.lines.pieces().len() as u32 - 1, 1.0);
         let is_probed = self.probes == self.probe_count();
@@ -508,8 +508,8 @@ impl Checker {
     /// with the same answer.
     ///
     /// The nearer shapes come to each other, the shorter are the intervals that can be proven, and
-    /// the more of them are needed: about 1 / gap between two moving shapes, and 1 / sqrt(gap) along
-    /// what stands still, or as few as the length needs where the motion is straight.
+    /// the more of them are needed: about 1 / gap between two moving shapes, and 1 / sqrt(gap)
+    /// along what stands still, or as few as the length needs where the motion is straight.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].
@@ -526,9 +526,8 @@ impl Checker {
         Ok(call.edge(&[from, to], *options))
     }
 
-    /// Decides whether a motion along polynomials of time is free, from
-    /// [`EdgeOptions::start`] on, as [`Checker::path`] does for lines. Of the first piece, the last
-    /// one, and all between, the ends count too; pieces need not join.
+    /// Decides whether a motion along polynomials of time is free, from [`EdgeOptions::start`] on,
+    /// as [`Checker::path`] does for lines. The ends of all pieces count too; pieces need not join.
     ///
     /// # Errors
     /// [`RobotError::Length`] if it has another number of joints; [`RobotError::Model`] without a

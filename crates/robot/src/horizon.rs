@@ -129,7 +129,7 @@ pub struct Horizon {
     motion: Trajectory,
 }
 
-/// What is known at the end of a cycle of a [`Horizon`].
+/// The state at the end of a cycle of a [`Horizon`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
@@ -147,7 +147,7 @@ pub struct Ahead {
     /// obstacles that move by themselves as told in the cycle `since` cycles ago. False if it was
     /// not yet proven since an obstacle was added, moved or removed, or a margin was set.
     pub is_proven: bool,
-    /// Number of cycles since the last one that was proven for the obstacles' tracks of now.
+    /// Number of cycles since the last one that was proven for the present tracks of the obstacles.
     pub since: u32,
     /// True if the plan that was given is followed from this cycle on.
     pub is_new: bool,
@@ -243,7 +243,7 @@ impl Horizon {
         })
     }
 
-    /// Tells the speed of the cycle that begins now.
+    /// Returns the speed of the cycle that begins now.
     ///
     /// `plan` is a new one, which begins where the robot is and with the velocity that the old one
     /// has there, or none. It is followed if this cycle and braking after it can be proven within
@@ -255,7 +255,8 @@ impl Horizon {
     ///
     /// # Errors
     /// [`RobotError::Length`] or [`RobotError::Model`] of the plan; without any plan
-    /// [`RobotError::Model`]. Nothing is changed then, so braking as told before remains right.
+    /// [`RobotError::Model`]. Nothing is changed then, so the braking of the last answer remains
+    /// valid.
     pub fn step<'c>(
         &mut self,
         checker: &mut Checker,

@@ -5,18 +5,19 @@ use std::collections::BTreeMap;
 use crate::model::{LARGEST, PlacedShape};
 use crate::{Checker, Model, RobotError};
 
-/// What a margin is for. Names are those of links and obstacles; a link stands for all its shapes.
+/// The pairs that a margin is for. Names are those of links and obstacles; a link stands for all
+/// its shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Margin<N> {
-    /// Each pair.
+    /// All pairs.
     All,
     /// Each pair of a link or an obstacle, in addition to [`Margin::All`].
     Of(N),
     /// Each pair of this link, or of what is attached to one, and an obstacle in the world, in
     /// addition to the others: the padding of MoveIt, which does not count within the robot.
     Padding(N),
-    /// Each pair of these two, in place of all others.
+    /// Each pair of these two links or obstacles, in place of all other margins.
     Pair(N, N),
 }
 
@@ -84,8 +85,8 @@ impl Margins {
 impl Checker {
     /// Sets how far apart shapes must be, in metres: 0 at first. Shapes that are no farther apart
     /// than their margin count as in contact, in all answers: labels, edges, paths and horizons. A
-    /// clearance is what is left above the margin. Obstacles that are added later follow what was
-    /// set for their names. Lists no pair anew; complexity: a pass over all pairs.
+    /// clearance is the distance above the margin. Obstacles that are added later follow the
+    /// margins set for their names. Lists no pair anew; complexity: a pass over all pairs.
     ///
     /// ```
     /// # use punctual_robot::{Checker, Margin, RobotError};

@@ -130,7 +130,7 @@ pub(crate) struct PlacedShape {
 }
 
 impl PlacedShape {
-    /// A shape at a pose in the frame of a link, or of the world, which is in a body.
+    /// A shape at a pose in the frame of a link or of the world. That frame is fixed to a body.
     pub fn new(
         id: ShapeId,
         name: String,
@@ -214,7 +214,7 @@ impl Value {
         self.change(configuration) + self.offset
     }
 
-    /// The motion of the value, of those of a configuration.
+    /// The motion of the value, from the motions of the joints of a configuration.
     pub fn motion(&self, of_joint: impl Fn(usize) -> Move) -> Move {
         let Move { way, size, bend } = self.of.map_or(Move::default(), of_joint);
         Move {

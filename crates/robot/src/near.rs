@@ -43,7 +43,7 @@ impl From<StillBox> for First {
 struct Row {
     first: First,
     shape: u32,
-    /// The most by which the margin of a pair is more than what the lanes have of it.
+    /// The most by which the margin of a pair exceeds the margins in the lanes.
     margin: f32,
 }
 
@@ -64,7 +64,7 @@ impl Row {
     }
 }
 
-/// Tells which pairs are near.
+/// Finds the pairs that may be near.
 #[derive(Debug, Default)]
 pub(crate) struct Near {
     /// `None` before there is a world.
@@ -157,7 +157,7 @@ impl Near {
         }
     }
 
-    /// Sets the bits of pairs that are not proven apart: `ranks` tells the bit of the pair of each
+    /// Sets the bits of pairs that are not proven apart. `ranks` has the bit of the pair of each
     /// slot. `size` bounds the coordinates, radii and margins of what is placed.
     pub fn list(&self, size: f64, ranks: &[u32], found: &mut [u64]) {
         let list = List {

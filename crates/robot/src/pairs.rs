@@ -1,4 +1,4 @@
-//! All pairs of shapes that are near each other, with what moves them apart.
+//! All pairs of shapes that are near each other, with gradients of their distances.
 
 use punctual::Budget;
 use std::cmp::Reverse;
@@ -19,7 +19,7 @@ use crate::{Checker, ClearanceOptions, RobotError, ShapeId};
 pub struct NearPair {
     /// The shapes, the lower id first.
     pub pair: [ShapeId; 2],
-    /// Proven lower bound of what is left of their distance above their margin, in metres.
+    /// Proven lower bound of their distance above their margin, in metres.
     pub low: f64,
     /// Proven upper bound.
     pub high: f64,
@@ -50,13 +50,14 @@ impl NearPairs {
 }
 
 impl Checker {
-    /// Lists all pairs of which no more than `within` metres (NaN counts as 0) is left above the
-    /// margin, each with bounds of it, its closest points and a gradient: for optimisation,
-    /// model-predictive control and barrier functions. They replace the content of `found`.
+    /// Lists all pairs whose distance exceeds their margin by at most `within` metres (NaN counts
+    /// as 0), each with bounds of that distance, its closest points and a gradient: for
+    /// optimisation, model-predictive control and barrier functions. They replace the content of
+    /// `found`.
     ///
-    /// **Guarantee.** The value is a proven lower bound of what is left of each pair that is not
-    /// listed: `within` at least, if the call is finished. The pairs with the least bounds are
-    /// measured first. A listed pair may be beyond by the tolerance.
+    /// **Guarantee.** The value is a proven lower bound of the distance above the margin of each
+    /// pair that is not listed: `within` at least, if the call is finished. The pairs with the
+    /// least bounds are measured first. A listed pair may be beyond by the tolerance.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].

@@ -196,8 +196,8 @@ impl Placement {
         self.near.list(self.size, ranks, found);
     }
 
-    /// A lower bound of what is left of the distance above the margin, by spheres, or the box of a
-    /// shape that stands still.
+    /// A lower bound of the distance above the margin, by spheres, or the box of a shape that
+    /// stands still.
     pub fn sphere_gap(&self, pair: &Pair) -> f64 {
         let [a, b] = [pair.a, pair.b].map(|i| &self.shapes[i as usize]);
         let ([ax, ay, az, ar], [bx, by, bz, br]) = (a.sphere, b.sphere);
@@ -211,8 +211,7 @@ impl Placement {
         between.length() - radii - self.slack - self.margin(pair)
     }
 
-    /// A lower bound of what is left of the distance above the margin, by boxes. `b_in_a` is the
-    /// pose of the pair.
+    /// A lower bound of the distance above the margin, by boxes. `b_in_a` is the pose of the pair.
     pub fn box_gap(&self, pair: &Pair, [a, b]: [&Inner; 2], b_in_a: &Transform) -> f64 {
         let relative = relative(&a.frame, &(*b_in_a * b.frame));
         box_gap(a.half, b.half, &relative) - self.slack - self.margin(pair)

@@ -92,8 +92,8 @@ impl Shape {
         Self::made("cylinder", tree, tree::ROUND_BAND * radius)
     }
 
-    /// A solid capsule: all points no farther than the radius from a segment of this length along z,
-    /// whose middle is the origin.
+    /// A solid capsule: all points no farther than the radius from a segment of this length along
+    /// z, whose middle is the origin.
     ///
     /// # Errors
     /// If radius or length is out of range ([`Tree::capsule`]) or beyond 1e30.
@@ -192,7 +192,7 @@ impl Inner {
         if self.tree.solid().is_some() || self.tree.radius() == 0.0 {
             return inside(&self.tree, p).is_inside();
         }
-        // A sphere or a capsule: what is within the radius of the middle is inside.
+        // A sphere or a capsule: points within the radius of the middle are inside.
         p.length_squared() <= self.tree.radius() * self.tree.radius()
     }
 
@@ -231,8 +231,8 @@ pub(crate) fn holds_part(a: &Inner, b: &Inner, b_in_a: &Transform, tests: &mut u
     b.is_solid && b.holds_one_of(a, &relative(b_in_a, &Transform::IDENTITY), tests)
 }
 
-/// Points in their order, by eights, with a sphere around each eight, and around each eight of these
-/// spheres, and so on.
+/// Points in their order, by eights, with a sphere around each eight, and around each eight of
+/// these spheres, and so on.
 #[derive(Debug)]
 pub(crate) struct Samples {
     points: Vec<DVec3>,

@@ -113,7 +113,7 @@ impl Track {
     }
 
     /// Each point of the obstacle may be this far (m) from where the track has it at time 0, and
-    /// farther by `speed` (m/s) with time. What the robot may meet then counts as in contact.
+    /// farther by `speed` (m/s) with time. Contacts anywhere within this reach count.
     ///
     /// # Errors
     /// [`RobotError::Model`] for numbers that are negative, NaN or larger than [`LARGEST`].
@@ -141,9 +141,9 @@ impl Track {
         self.pieces[at.max(1) - 1].at(time)
     }
 
-    /// An upper bound of what the obstacle takes from a distance within half an interval of time,
-    /// by its motion and the growth of its reach. No point of it is farther than `radius` from its
-    /// origin.
+    /// An upper bound of the decrease of a distance within half an interval of time, by the motion
+    /// of the obstacle and the growth of its reach. No point of it is farther than `radius` from
+    /// its origin.
     pub(crate) fn way(&self, middle: f64, half: f64, radius: f64) -> f64 {
         let first = self.pieces.partition_point(|p| p.begin <= middle - half);
         let pieces = self.pieces[first.max(1) - 1..].iter();
@@ -160,8 +160,8 @@ impl Checker {
     /// 0. It is not checked against links that stand still in the world, nor other obstacles.
     /// [`Checker::move_to`] ends its motion.
     ///
-    /// Complexity: the first track of an obstacle lists all pairs anew; another one is free of
-    /// that, for a controller that tells a new one in each cycle.
+    /// Complexity: the first track of an obstacle lists all pairs anew; a later one lists none, for
+    /// a controller that sets a new one in each cycle.
     ///
     /// # Errors
     /// [`RobotError::NoObstacle`]; [`RobotError::Model`] if it is attached to a link.

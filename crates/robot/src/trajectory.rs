@@ -49,8 +49,8 @@ pub(crate) struct Move {
 
 impl Trajectory {
     /// Adds a piece of this duration: row `k` has the coefficients of the k-th power of the time in
-    /// seconds since the piece began, one for each joint (rad or m). What pieces are joined by is
-    /// not checked.
+    /// seconds since the piece began, one for each joint (rad or m). It is not checked whether
+    /// pieces join.
     ///
     /// # Errors
     /// [`RobotError::Model`], which names the piece: no row, rows of other lengths than the first

@@ -51,8 +51,8 @@ impl UrdfOptions {
 impl Model {
     /// Reads a robot from a URDF file: the collision shapes, not the visual ones.
     ///
-    /// A planar joint `base` becomes the joints `base/x`, `base/y` and `base/yaw`, about its axis; a
-    /// floating one `base/x`, `base/y`, `base/z`, `base/yaw`, `base/pitch` and `base/roll`. Each
+    /// A planar joint `base` becomes the joints `base/x`, `base/y` and `base/yaw`, about its axis;
+    /// a floating one `base/x`, `base/y`, `base/z`, `base/yaw`, `base/pitch` and `base/roll`. Each
     /// turn is about an axis that the ones before have turned.
     ///
     /// # Errors
@@ -158,7 +158,7 @@ const HARMLESS: [(&str, &[&str]); 5] = [
     ("geometry", &[]),
 ];
 
-/// What was passed over, with its line.
+/// The elements that were passed over, with their lines.
 #[derive(Default)]
 struct Notices(Vec<(u32, String)>);
 

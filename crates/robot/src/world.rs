@@ -47,7 +47,7 @@ fn next_version() -> u64 {
     LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
-/// What all threads share.
+/// The world, shared by all threads.
 #[derive(Clone, Debug)]
 pub(crate) struct World {
     pub model: Arc<Model>,
@@ -139,8 +139,8 @@ impl World {
         self.version = next_version();
     }
 
-    /// Removes an obstacle and its pairs. Tells the new number of each pair there was, `u32::MAX`
-    /// for none; or nothing if the pairs were listed anew.
+    /// Removes an obstacle and its pairs. Returns the new number of each old pair, `u32::MAX` for a
+    /// removed one; `None` if the pairs were listed anew.
     pub fn remove(&mut self, at: usize) -> Option<Vec<u32>> {
         self.change(None);
         let body = self.shapes.remove(at).body;
@@ -166,7 +166,7 @@ impl World {
     /// Lists the pairs of a shape with those before it.
     fn pair_with_earlier(&mut self, b: usize) {
         let stride = self.stride() as u32;
-        // Of two shapes that stand still nothing is asked.
+        // Two shapes that stand still are not checked.
         let is_still = self.shapes[b].body == 0;
         let partners = if is_still { self.column(b as u32) } else { b };
         for i in 0..partners {
@@ -224,7 +224,7 @@ impl World {
             .get((body as usize).checked_sub(self.model.bodies.len())?)
     }
 
-    /// What a distance may be less than 0, once margins and reaches are subtracted.
+    /// The most by which margins and reaches can take a distance below 0.
     pub fn reach(&self) -> f64 {
         let reaches = self.tracks.iter().map(|track| track.reach_at(0.0));
         self.widest + reaches.fold(0.0, f64::max)
@@ -291,7 +291,7 @@ impl World {
             }
             _ => may_touch(x, y) || may_touch(y, x),
         };
-        // Nothing that the robot does changes how far obstacles are from what stands still.
+        // The distance of an obstacle from shapes that stand still does not depend on the robot.
         let is_moved = |shape: &PlacedShape| !self.chain(shape.body).is_empty();
         x.body != y.body && (is_moved(x) || is_moved(y)) && !is_allowed
     }

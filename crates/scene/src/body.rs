@@ -32,11 +32,12 @@ pub enum BodyKind {
 
 /// A body: a tree, shared with any number of other bodies, at a pose.
 ///
-/// **Kinematic bodies**, which move as the program says and which nothing pushes, such as platforms and
-/// doors, are [fixed](Body::fixed) bodies with a new pose in each frame: they meet the moving ones, and
-/// neither each other nor the surroundings. With [`Scene::set_motion`](crate::Scene::set_motion) in place
-/// of [`Scene::set_pose`](crate::Scene::set_pose) nothing slips through a fast one. The scene computes no
-/// velocities: where they touch, the solver takes that of the body from its poses.
+/// **Kinematic bodies**, such as platforms and doors, move as the program says, and nothing pushes
+/// them. They are [fixed](Body::fixed) bodies with a new pose in each frame: they meet the moving
+/// ones, and neither each other nor the surroundings. With
+/// [`Scene::set_motion`](crate::Scene::set_motion) in place of
+/// [`Scene::set_pose`](crate::Scene::set_pose) nothing slips through a fast one. The scene computes
+/// no velocities: where they touch, the solver takes that of the body from its poses.
 ///
 /// ```
 /// use punctual::glam::{DMat3, Vec3};

@@ -1,4 +1,4 @@
-//! Work that a frame charges for what is no query, in units of
+//! Work that a frame charges besides that of queries, in units of
 //! [`Budget::work`](punctual::Budget::work).
 
 use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
@@ -31,11 +31,11 @@ pub const WORK_PER_PLANNED_PAIR: u64 = 15;
 /// small budget is left for queries, and a large one is not exceeded by much.
 pub const BROAD_PHASE_WORK: u64 = 1 << 16;
 
-/// Work in the broad phase, about what each operation takes: computing the box of a
-/// body, or its swept box; replacing a fat AABB; inserting a body in each level of a tree that is
-/// built; refitting an inner node; opening a node pair in the search; moving a key in each pass of
-/// a sort; copying a pair to the next list; passing over a known pair; checking a pair; and adding a
-/// pair to the report.
+/// Work in the broad phase, about what each operation takes: computing the box of a body, or its
+/// swept box; replacing a fat AABB; inserting a body in each level of a tree that is built;
+/// refitting an inner node; opening a node pair in the search; moving a key in each pass of a sort;
+/// copying a pair to the next list; passing over a known pair; checking a pair; and adding a pair
+/// to the report.
 pub const WORK_PER_BOX: u64 = 120;
 pub const WORK_PER_SWEPT_BOX: u64 = 400;
 pub const WORK_PER_NEW_PLACE: u64 = 150;

@@ -191,8 +191,8 @@ numbered!(
 );
 
 numbered!(
-    /// Identifies a group of bodies by its name ([`crate::Scene::group`]). No other scene accepts it.
-    /// Ids compare by their numbers.
+    /// Identifies a group of bodies by its name ([`crate::Scene::group`]). No other scene accepts
+    /// it. Ids compare by their numbers.
     GroupId,
     "group"
 );

@@ -231,13 +231,14 @@ impl Scene {
         record!(self, SetMaxPairs(pairs));
     }
 
-    /// Shares the work of [`Scene::detect`] among `threads` threads, including the caller's. Queries
-    /// are shared. The caller tests the latest witnesses, places bodies, and finds and lists pairs.
-    /// In a frame without a budget the other threads run queries while pairs are listed.
+    /// Shares the work of [`Scene::detect`] among `threads` threads, including the caller's.
+    /// Queries are shared. The caller tests the latest witnesses, places bodies, and finds and
+    /// lists pairs. In a frame without a budget the other threads run queries while pairs are
+    /// listed.
     ///
-    /// Each frame wakes the threads. They poll for batches for up to 0.2 ms before they sleep again.
-    /// The state of a pair moves between the cores that work on it. So if communication between the
-    /// cores is slow, threads gain less, or nothing if frames are short.
+    /// Each frame wakes the threads. They poll for batches for up to 0.2 ms before they sleep
+    /// again. The state of a pair moves between the cores that work on it. So if communication
+    /// between the cores is slow, threads gain less, or nothing if frames are short.
     ///
     /// # Errors
     /// If the operating system cannot start a thread. The scene then keeps its threads.
@@ -338,8 +339,8 @@ impl Scene {
         name.map_or("", |name| name)
     }
 
-    /// The message of an error of this scene, with the name of the body that it is about. Takes time
-    /// linear in the bodies with names.
+    /// The message of an error of this scene, with the name of the body that it is about. Takes
+    /// time linear in the bodies with names.
     ///
     /// ```
     /// use punctual::{Pose, Tree, shapes};
@@ -456,8 +457,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, like one
-    /// that the [filters](Filter) exclude. An ignored pair is forgotten with one of its bodies.
+    /// Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, like
+    /// one that the [filters](Filter) exclude. An ignored pair is forgotten with one of its bodies.
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.
@@ -512,14 +513,14 @@ impl Scene {
     /// except that one in four is another body. None waits for ever if budgets allow a step at all.
     /// Bodies that rest are known after some frames, as without a budget. While nothing changes, a
     /// frame goes on with the report of the last one: it lists further pairs and continues the
-    /// stopped runs. Once all is decided, distances of groups included, the report is repeated within
-    /// any budget.
+    /// stopped runs. Once all is decided, distances of groups included, the report is repeated
+    /// within any budget.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of
-    /// overlapping boxes, than any before, and, in preparation, in the 64 frames after the scene
-    /// had more bodies than ever. Buffers then get room for twice as many, so there are few such
-    /// frames. Within the room made by [`Scene::reserve`] there are none. There are at most
-    /// [`Scene::set_max_pairs`] pairs, plus those whose distances are measured.
+    /// overlapping boxes, than any before. In preparation it also allocates in the 64 frames after
+    /// the scene had more bodies than ever. Buffers then get room for twice as many, so there are
+    /// few such frames. Within the room made by [`Scene::reserve`] there are none. There are at
+    /// most [`Scene::set_max_pairs`] pairs, plus those whose distances are measured.
     ///
     /// **Several questions, one budget.** The question of a pair whose boxes overlap is whether it
     /// meets. If its distance is [measured](Scene::measure), the distance is computed instead,
@@ -536,9 +537,9 @@ impl Scene {
     ///
     /// **Guarantee: no question starves.** Let `B` be the budget of each frame: work (at least
     /// `L`), or the time left by the broad phase and the steps before it. Let `R = B/8`. Let `C` be
-    /// the sum, over the overlapping pairs and the questions of each, of the cost of a complete
-    /// answer, or of the expected cost if that is more, plus `L` units for every frame in which the
-    /// question continues. `L` is 602, or 1,290 with [margins](Scene::set_margin),
+    /// the sum of costs over the questions of all overlapping pairs. A question costs its complete
+    /// answer, or the expected cost if that is more, plus `L` units for every frame in which it
+    /// continues. `L` is 602, or 1,290 with [margins](Scene::set_margin),
     /// [distances](Scene::measure) or [motions](Scene::set_motion), or 3,690 with contacts. Then
     /// each question of each pair has a turn within **`K = 2 ⌈C/R⌉ + 1`** frames. A question that
     /// costs at most `R`, or whose bodies rest, is answered at least once in `K` frames.

@@ -156,10 +156,10 @@ impl Recorder {
 }
 
 impl Scene {
-    /// A new scene that writes each call that changes it to a file, which [`Replay`] plays again: a
-    /// line of JSON a call, about 300 bytes a pose, and each tree once, about 40 bytes a triangle.
-    /// Pass a [`BufWriter`](io::BufWriter), around a gzip encoder if the file is to be small. It is
-    /// flushed at each [`Scene::detect`] before the frame begins.
+    /// A new scene that writes each call that changes it to a file, for [`Replay`]. A call is a
+    /// line of JSON, about 300 bytes for a pose; each tree is written once, about 40 bytes a
+    /// triangle. Pass a [`BufWriter`](io::BufWriter), around a gzip encoder if the file is to be
+    /// small. It is flushed at each [`Scene::detect`] before the frame begins.
     ///
     /// Calls that fail are left out, because they change nothing, and so are
     /// `use_threads` and questions between frames.
@@ -254,8 +254,8 @@ impl<R: Read> Replay<R> {
     }
 
     /// Changes a scene, at first an empty one, as the recorded scene was changed up to its next
-    /// [`Scene::detect`], and returns the budget of that call; `None` after the last one. The caller
-    /// runs the frame, with this budget or another one.
+    /// [`Scene::detect`], and returns the budget of that call; `None` after the last one. The
+    /// caller runs the frame, with this budget or another one.
     ///
     /// # Errors
     /// If the file cannot be read or is not a recording; the error names the line or the byte. The

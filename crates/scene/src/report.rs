@@ -156,8 +156,8 @@ pub struct BodyContact {
 ///
 /// If it [is whole](Report::is_whole), [`Report::pairs`] has every pair of bodies that may meet and
 /// whose boxes overlap; all others are apart. Otherwise the budget ended in the broad phase, or
-/// there is no room for all pairs. If [`Report::unlisted`] is 0, the list still has all pairs of two
-/// bodies whose partners are [known](crate::Scene::partners_known).
+/// there is no room for all pairs. If [`Report::unlisted`] is 0, the list still has all pairs of
+/// two bodies whose partners are [known](crate::Scene::partners_known).
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

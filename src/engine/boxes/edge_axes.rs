@@ -75,8 +75,8 @@ fn across(of_b: &View, v: f32x4) -> [f32x4; 3] {
     per_axis!(j => v1 * of_b.columns[j].zxy() - v2 * of_b.columns[j].yzx())
 }
 
-/// Sum of the extents of the boxes along the axes, from their half extents; includes the margin of
-/// A's. `rotation_error` bounds the deviation of the columns of the view from orthonormal ones.
+/// Sum of the extents of the boxes along the axes, from their half extents and the margin of the
+/// view. `rotation_error` bounds the deviation of the columns of the view from orthonormal ones.
 #[inline(always)]
 fn reach(a: f32x4, b: f32x4, of_b: &View, rotation_error: f32x4) -> [f32x4; 3] {
     let (h1, h2, half) = (a.yzx(), a.zxy(), b + of_b.margin);

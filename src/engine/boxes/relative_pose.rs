@@ -141,8 +141,8 @@ impl RelativePose {
         DMat3::from_cols_array_2d(&self.triangles.linear).transpose()
     }
 
-    /// A direction in A's unit coordinates, mapped for points in B's, and the offset of B's
-    /// position along it.
+    /// Maps a direction in A's unit coordinates to B's, for products with points of B; and the
+    /// offset of B's origin along the direction, in A's units.
     pub fn of_b(&self, direction: f32x4) -> (f32x4, f32) {
         let Self {
             rotation,

@@ -183,8 +183,8 @@ impl Frontier {
         }
     }
 
-    /// Pushes the children of a mask on the stack ([`Pair::keyed`]). The one with the largest key is
-    /// the first. Returns the one with the least key instead.
+    /// Pushes the children of a mask on the stack ([`Pair::keyed`]). The one with the largest key
+    /// is the first. Returns the one with the least key instead.
     #[inline(always)]
     pub fn push_nearest(
         &mut self,

@@ -84,7 +84,7 @@ const KNOWN: usize = 128;
 /// A point inherits an id from within this fraction of the size of the smaller mesh.
 const REACH: f64 = 0.05;
 
-/// What a query knows of the points of the frame before.
+/// The points of the frame before, for a query.
 #[derive(Clone, Copy)]
 pub(crate) struct Before<'m> {
     known: &'m [Fixed],

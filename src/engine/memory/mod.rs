@@ -296,7 +296,7 @@ impl PairMemory {
         self.remember_work(Sought::Distance, work);
     }
 
-    /// What is known of manifolds of the frame before. `is_new` begins a frame.
+    /// The manifolds of the frame before. `is_new` begins a frame.
     pub(crate) fn manifolds(&mut self, [a, b]: [&Tree; 2], is_new: bool) -> &mut ManifoldMemory {
         self.bind(a, b);
         let known = self.manifolds.get_or_insert_default();

@@ -57,9 +57,9 @@ struct Corrected {
     pending: Pending,
 }
 
-/// A prediction of the model that waits for its outcome: the [`tag`] of its query (0 if none), the
-/// work done by then, and three quantiles of the work left; all but the first as `f32`. It is
-/// written through a shared reference, because predicting needs no exclusive one.
+/// A prediction that waits for its outcome: the [`tag`] of its query (0 if none), and as `f32` the
+/// work done by then and three quantiles of the work left. It is written through a shared
+/// reference, because predicting needs no exclusive one.
 #[derive(Debug, Default)]
 struct Pending([AtomicU32; 5]);
 

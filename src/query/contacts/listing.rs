@@ -1,4 +1,4 @@
-//! What a run for contacts or manifolds has done and left, for predictions.
+//! Progress of a run for contacts or manifolds, for predictions.
 
 use crate::engine::frontier::Pair;
 use crate::engine::question::{Ask, Query, Question};
@@ -13,7 +13,7 @@ impl<Q: Question> Query<'_, Q>
 where
     Self: Ask<Q>,
 {
-    /// What a run for contacts or manifolds in the workspace has done and left.
+    /// The progress of the run for contacts or manifolds in the workspace.
     #[doc(hidden)]
     pub fn listing(&self, workspace: &Workspace) -> Listing {
         let asked = self.key().asked;

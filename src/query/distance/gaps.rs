@@ -139,9 +139,9 @@ impl<'r, const DIRECTED: bool> Gaps<'r, DIRECTED> {
         }
     }
 
-    /// Ends of boxes along the direction: of A the upper ones, from their own axes; of B the
-    /// negated lower ones, from the centres as seen from A and the half extents along their own
-    /// axes. Their sum is a depth.
+    /// Ends of boxes along the direction, whose sum is a depth. A's are the upper ends, from its
+    /// own axes. B's are the negated lower ends, from the centres as seen from A and the half
+    /// extents along its own axes.
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, is_a: bool, boxes: &Boxes<L>, seen: &Boxes<L>) -> F8<L> {
         if !DIRECTED {
@@ -307,7 +307,7 @@ impl<const DIRECTED: bool> Measure for Gaps<'_, DIRECTED> {
         let ([_, a_along], [b_along, _]) = (ends(lanes, a, unit), ends(lanes, b, unit));
         let (normals_a, normals_b) = (normals(lanes, a), normals(lanes, b));
         let (own_a, [b_low, b_high]) = (ends(lanes, a, normals_a), ends(lanes, b, normals_b));
-        // Those of A one by one, in all lanes.
+        // Takes the triangles of A one by one, each in all lanes.
         let (a_along, a_low, a_high) = (a_along.store(), own_a[0].store(), own_a[1].store());
         let normals_a = per_axis!(k => normals_a[k].store());
         let a = per_axis!(corner => per_axis!(k => a[corner][k].store()));

@@ -2,9 +2,9 @@
 //! of the other tree: lower bounds of distances in `f32`, eight boxes at a time.
 //!
 //! Only the nodes of the other tree are opened, and only along their own axes: the lone body needs
-//! no box. A bound is the largest of three: of the gaps along the axes of a box, of the gap
-//! along the way from its middle to the segment, and of the gap along the direction between the
-//! closest points found. Their proof: `docs/numerics.md`.
+//! no box. A bound is the largest of three gaps: along the axes of a box, along the line from its
+//! middle to the segment, and along the direction between the closest points found. Their proof:
+//! `docs/numerics.md`.
 
 use crate::engine::boxes::RelativePose;
 use crate::tree::{Node, Tree};
@@ -132,7 +132,7 @@ impl Lone {
 }
 
 impl Lone {
-    /// The closest points of two triangles of which the lone body is a point.
+    /// The closest points of two triangles, one of which is a lone point.
     pub fn closest(&self, a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Closest> {
         if !self.is_a {
             return closest_to_point(a, b[0]);

@@ -137,8 +137,9 @@ impl<'t> Query<'t, Distance> {
     }
 
     /// Thickens each surface by its margin, beside its [radius](Tree::with_radius). A margin is in
-    /// the length unit of the meshes, not negative, at most 2^1000; NaN counts as 0. A point becomes
-    /// a ball, a segment a capsule. The query measures the distance of the thickened surfaces.
+    /// the length unit of the meshes, not negative, at most 2^1000; NaN counts as 0. A point
+    /// becomes a ball, a segment a capsule. The query measures the distance of the thickened
+    /// surfaces.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
         OptionError::note_margins(&mut self.fault, margins);

@@ -16,7 +16,7 @@ pub(crate) const DIVE: f32 = 0.4;
 /// Maximum number of triangle pairs that are put off; further pairs are tested when they are found.
 const PUT_OFF: usize = 1024;
 
-/// A triangle pair (tree order) and the lower bound proven of what the question asks for.
+/// A triangle pair (tree order) and the proven lower bound of its distance or time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounded {
     pub pair: [u32; 2],
@@ -55,8 +55,8 @@ pub(crate) struct Search {
     /// Pairs that may be the closest according to that test; the last is the most likely.
     pub proposed: ArrayVec<Bounded, WIDTH>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
-    /// The least key of pairs that were dropped when they were popped. Its root is computed once, at
-    /// the end of a call.
+    /// The least key of pairs that were dropped when they were popped. Its root is computed once,
+    /// at the end of a call.
     pub dropped: f32,
     pub halves: Halves,
     /// If a body is lone ([`Lone`](super::lone::Lone)), true if it is A. The pairs of the frontier
@@ -223,8 +223,8 @@ impl Search {
         let waiting = self.waiting.iter().map(|left| root(left.key));
         let others = self.proposed.iter().chain(&*self.put_off);
         let others = others.map(|left| left.low);
-        // Pairs that are left will be refined. Dropped pairs keep their bound, which is not below
-        // the cut, so its root is not rounded to `f32`.
+        // Waiting pairs will be refined, so bounds rounded to `f32` suffice for them. Dropped pairs
+        // keep their bound, which must not fall below the cut by rounding.
         let dropped = libm::sqrt(f64::from(self.dropped)) * (1.0 - f64::EPSILON);
         self.interval.raise(
             f64::from(waiting.chain(others).fold(nodes.min(current), f32::min)).min(dropped) * unit,

@@ -129,7 +129,7 @@ fn check(a: &Tree, b: &Tree, pose: Pose, gap: f64, random: &mut Random) -> [[f64
             let cosine = direction.normalize().dot(found.direction);
             assert!(cosine > 0.996, "{cosine}: {pose:?}");
         }
-        // The closest features are at the places that are told, of which a face has none.
+        // The closest features are at the reported places; a face has none.
         let triangles = [corners(a, i), place(&pose, j)];
         let [p, q] = from_fn(|side| {
             let places = &fast.places[side];

@@ -249,7 +249,7 @@ impl Query<'_, Intersection> {
         confidence::probability(frontier, history.as_ref(), self.asked.prior)
     }
 
-    /// What is left of a query with this frontier, after `work`.
+    /// Predicts the rest of a query with this frontier, after `work`.
     fn rest(
         &self,
         frontier: &FrontierSummary,

@@ -81,8 +81,8 @@ impl<const POINTS: bool> Traversal<'_, '_, Meeting<'_>, POINTS> {
         is_enough.then_some(StopReason::FirstHit)
     }
 
-    /// Puts those children of a pair from a path that contain witnesses on the paths. Returns the
-    /// others.
+    /// Of the children of a pair on a path, puts those that contain witnesses on the paths. Returns
+    /// the others.
     #[cold]
     #[inline(never)]
     fn follow_paths(&mut self, hits: u64, child: impl Fn(u32) -> Pair) -> u64 {

@@ -97,8 +97,8 @@ impl Query<'_, Intersection> {
         }
     }
 
-    /// The estimate for a run in the workspace. What the boxes of the cores show says little of
-    /// thickened surfaces, so the probability is the prior until the run has decided.
+    /// The estimate for a run in the workspace. The boxes of the cores show little about thickened
+    /// surfaces, so the probability is the prior until the run has decided.
     pub(super) fn estimate_within(&self, workspace: &Workspace) -> Result<Estimate, ResumeError> {
         self.holds(workspace)?;
         let run = &workspace.run;

@@ -44,10 +44,10 @@ use punctual_geom::Pose;
 /// The first query of a pair that meets makes room in the workspace: 4 bytes for each triangle and
 /// 12 for each vertex.
 ///
-/// Faces that lie in one plane, and edges and corners in one place, are no special case: a foot has
-/// one manifold whose points, depth and area change steadily from apart through touching to sunk.
-/// For manifolds, and for them alone, the faces of B count as drawn in by less than 1e-12 of the
-/// largest coordinate; `meets` and `nearest` are about the surfaces as they are.
+/// Faces that lie in one plane, and edges and corners in one place, are no special case: a face in
+/// contact has one manifold whose points, depth and area change steadily from apart through
+/// touching to sunk. For manifolds, and for them alone, the faces of B count as drawn in by less
+/// than 1e-12 of the largest coordinate; `meets` and `nearest` are about the surfaces as they are.
 ///
 /// **Guarantee.** A finished query has reduced each pair of triangles within the skin, except those
 /// that add nothing to the polygon of a manifold, nor to its least distance, up to a thousandth.
@@ -102,10 +102,9 @@ pub struct ManifoldBounds {
     /// their distance: 0 only if they intersect, negative only of thickened surfaces that are sunk
     /// into each other. `None` if no contact was found.
     pub nearest: Option<([u32; 2], f64)>,
-    /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its
-    /// surface, or touching it from inside at most. So the solids overlap, but no manifold tells
-    /// how to part them. `None` if a surface goes through the other, and in a stopped query if it
-    /// is unknown.
+    /// Proven: this body, a solid, is inside the other, a closed solid, and at most touches its
+    /// surface from inside. So the solids overlap, but no manifold shows how to part them. `None`
+    /// if a surface goes through the other, and in a stopped query if it is unknown.
     pub within: Option<Operand>,
 }
 

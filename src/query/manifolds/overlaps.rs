@@ -638,7 +638,7 @@ pub(crate) fn advance(
 pub(crate) struct Reduction {
     pub is_on: bool,
     pub skin: Skin,
-    /// The last pair of which it is known whether it intersects.
+    /// The last pair that was tested for an intersection.
     compared: Option<[u32; 2]>,
     /// True when all pairs are listed.
     pub is_listed: bool,
@@ -675,7 +675,7 @@ impl Reduction {
     ///
     /// 1. Until the surfaces are known to meet: do these triangles, or how far are they apart?
     ///    Those clearly apart are of the skin.
-    /// 2. By what are the corners of B's triangle drawn in?
+    /// 2. How far are the corners of B's triangle drawn in?
     /// 3. With B drawn in: a pair of a curve, or one of the skin.
     pub fn take_near(
         &mut self,

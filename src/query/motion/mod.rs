@@ -131,8 +131,8 @@ impl<'t> Query<'t, Impact> {
     }
 
     /// Thickens each surface by its margin, beside its [radius](Tree::with_radius). A margin is in
-    /// the length unit of the meshes, not negative, at most 2^1000; NaN counts as 0. A point becomes
-    /// a ball, a segment a capsule.
+    /// the length unit of the meshes, not negative, at most 2^1000; NaN counts as 0. A point
+    /// becomes a ball, a segment a capsule.
     #[must_use]
     #[inline]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {

@@ -1,9 +1,9 @@
 //! The relative motion of B as seen from A, cut into substeps of time in which it is nearly
 //! straight.
 //!
-//! In a substep B is assumed to keep the orientation that it has in the middle of the substep, and
-//! each part of B to move along a straight line with the velocity that its own middle has then. The
-//! neglected motion is bounded: `docs/numerics.md`, "Motion".
+//! In a substep B is assumed to keep the orientation of the middle of the substep. Each part of B
+//! is assumed to move straight, with the velocity that its middle has then. The neglected motion is
+//! bounded: `docs/numerics.md`, "Motion".
 
 use crate::tree::Tree;
 use glam::DVec3;
@@ -67,8 +67,8 @@ const TURN: f64 = 0.065;
 const MOST_SUBSTEPS: f64 = 4_096.0;
 
 /// Upper limit of the change of acceleration in a substep, times the square of its length, relative
-/// to the sizes of both meshes together: bodies may turn fast together, and slowly relative to each
-/// other.
+/// to the sizes of both meshes together. It matters to bodies that turn fast together, and slowly
+/// relative to each other.
 const BEND: f64 = 5e-3;
 
 /// Factor for bounds of lengths, since the matrix of a pose is a rotation within a tolerance

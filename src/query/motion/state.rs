@@ -75,8 +75,8 @@ pub(crate) struct MotionState {
     /// Half of the tolerance in time: a contact may be twice this later than `free_until`.
     tolerance: f64,
     free_until: f64,
-    /// The least time before which no pair that is done meets. A pair is done if it meets at that
-    /// time, or later than matters, or if `f64` cannot decide.
+    /// Lower bound of the times at which the pairs that are done meet. A pair is done once its
+    /// contact is found, if it meets too late to matter, or if `f64` cannot decide.
     done: f64,
     contact: Option<Contact>,
     pub followed: Option<Followed>,

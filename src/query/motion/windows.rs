@@ -331,8 +331,8 @@ impl Measure for Windows<'_> {
         if leave < enter.max(BEGIN) || enter >= self.cut {
             return false;
         }
-        // Directions are off by the rotation error of their sum, which may appear shorter by up to
-        // the root of 3.
+        // Directions are off by the rotation error times the sum of their components. Seen from B,
+        // this sum may be less by a factor of up to the root of 3, which the 2 covers.
         self.in_b = self.drift(
             &way.seen(&views.of_a),
             b_half,

@@ -38,22 +38,22 @@ impl Question for PointsWithin {
 
 impl<'t> Query<'t, PointsWithin> {
     /// Asks for all points of a cloud within a distance of the surface of `other`, a mesh or a
-    /// cloud, each point once. `other_in_cloud` maps the coordinates of `other` into the cloud's. The
-    /// distance is in the length unit of the meshes; [radii](Tree::with_radius) of both add to it.
-    /// Negative values and NaN count as 0. With infinity all points are within.
+    /// cloud, each point once. `other_in_cloud` maps the coordinates of `other` into the cloud's.
+    /// The distance is in the length unit of the meshes; [radii](Tree::with_radius) of both add to
+    /// it. Negative values and NaN count as 0. With infinity all points are within.
     ///
     /// The answer is a set of ids, which stay in the workspace in order of discovery
     /// ([`Workspace::near_points`]). An id is the index of the point in the input.
     ///
     /// **Guarantee.** The set of a finished query misses no point within the distance. Without a
-    /// distance and radii it has exactly the points on the surface. Otherwise it also has points that
-    /// `f64` cannot tell from points within: they are farther by at most 4e-14 times the diagonal of
-    /// the box around the point and a triangle. The set of a stopped query is a part of that set, and
-    /// the closest points of each missing pair have their middle in one of the boxes of
-    /// [`Query::certificate`].
+    /// distance and radii it has exactly the points on the surface. Otherwise it also has points
+    /// that `f64` cannot tell from points within: they are farther by at most 4e-14 times the
+    /// diagonal of the box around the point and a triangle. The set of a stopped query is a part of
+    /// that set, and the closest points of each missing pair have their middle in one of the boxes
+    /// of [`Query::certificate`].
     ///
-    /// A solid is its surface: a point deep inside is not near it. About linear in the points found,
-    /// plus the surface near the cloud.
+    /// A solid is its surface: a point deep inside is not near it. About linear in the points
+    /// found, plus the surface near the cloud.
     ///
     /// ```
     /// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};

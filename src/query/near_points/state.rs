@@ -72,8 +72,8 @@ impl Workspace {
     }
 
     /// Reserves room for at least this many points of [`crate::Query::points_within`]. If there is
-    /// no room at all, the first query reserves room for 4,096. After more room is reserved, a query
-    /// stopped with [`crate::StopReason::PairsFull`] can be resumed without draining.
+    /// no room at all, the first query reserves room for 4,096. After more room is reserved, a
+    /// query stopped with [`crate::StopReason::PairsFull`] can be resumed without draining.
     pub fn reserve_near_points(&mut self, points: usize) {
         self.state.near_points.found.reserve_all(points);
     }

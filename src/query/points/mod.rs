@@ -44,8 +44,8 @@ pub(crate) use visit::{Locate, Source};
 /// [`PointBounds::is_on_surface`] are those of the core. The signed distance is that of the core
 /// minus the radius: outside it is the distance of the thickened solid; inside, the solid is at
 /// least that deep, and a convex one exactly. A point is inside if it is inside the core or no
-/// farther from it than the radius, up to the error of the distance. The distance is told whether
-/// it was asked for or not.
+/// farther from it than the radius, up to the error of the distance. The answer then has the
+/// distance even if it was not asked for.
 ///
 /// ```
 /// use punctual::tree::Solid;

@@ -1,9 +1,9 @@
 //! The distance of a point: bounds of boxes in `f32`, and of triangles in `f64`.
 //!
 //! A box is dropped if its squared distance is not below the square of the upper bound, or if it
-//! lies behind the plane through the nearest point found, perpendicular to the way to it. The first
-//! bound is sharp near the mesh. The second is sharp far from it, where the distances of all boxes
-//! differ by less than their rounding. Proof of both: `docs/numerics.md`.
+//! lies behind a plane: through the nearest point found, perpendicular to the line from the point
+//! to it. The first bound is sharp near the mesh. The second is sharp far from it, where the
+//! distances of all boxes differ by less than their rounding. Proof of both: `docs/numerics.md`.
 
 use crate::tree::{Node, Tree, WIDTH};
 use glam::DVec3;
@@ -13,7 +13,7 @@ use punctual_geom::tolerance::ROUNDING;
 use punctual_geom::triangle::distance::{Closest, closest_or_meeting, closest_to_point};
 use wide::f32x4;
 
-/// What is known of the distance of a point.
+/// Bounds of the distance of a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near {
     /// The least lower bound of the triangles tested.
@@ -40,7 +40,7 @@ const SHRINK: f32 = 1.0 - 64.0 * ROUNDING;
 /// Largest distance in units at which `f32` is useful for boxes.
 const LARGEST_REACH: f64 = 1e15;
 
-/// Relative bound of what is dropped behind a plane.
+/// Everything dropped behind a plane is at least this fraction of `high` away.
 const DROPPED: f64 = 1.0 - 1e-13;
 
 impl Near {

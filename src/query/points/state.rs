@@ -14,7 +14,7 @@ use glam::DVec3;
 /// Most nodes that wait while one is open.
 const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
 
-/// What is being done about the current point.
+/// The step that the current point has reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
     /// No point is left.
@@ -109,8 +109,8 @@ impl PointState {
 }
 
 impl Workspace {
-    /// What the last query found about points, if it was one about points: one for each point done,
-    /// in the order of the points.
+    /// The bounds that the last query found, if it was about points: one for each point done, in
+    /// the order of the points.
     pub fn points(&self) -> &[PointBounds] {
         &self.state.points.found
     }

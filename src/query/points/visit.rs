@@ -1,8 +1,8 @@
 //! Points among the nodes and triangles of one tree: a ray that is counted along, the boundary of
 //! an open surface, and the nearest triangle; one after the other for each point.
 //!
-//! As in ray casts, nodes have keys ([`Pair::keyed`]), used for the nearest triangle only. Nodes are
-//! finished depth-first.
+//! As in ray casts, nodes have keys ([`Pair::keyed`]), used for the nearest triangle only. Nodes
+//! are finished depth-first.
 
 use super::near::Near;
 use super::rim::{Turn, Viewer};
@@ -388,7 +388,7 @@ impl Workspace {
         }
     }
 
-    /// What is known of the current point.
+    /// Bounds for the current point.
     pub(super) fn point_bounds(&self, tree: &Tree, is_finished: bool) -> PointBounds {
         let state = &self.state.points;
         let mut bounds = PointBounds {

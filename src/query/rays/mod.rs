@@ -33,9 +33,8 @@ pub use state::{RayHit, RayMode};
 /// [`RayBounds::free_until`] or after it. The nearest hit is the one with the least reported `t`
 /// ([`RayHit::t`]), of equal ones the one with the least id. So two hits that are closer together
 /// than the error of `t` may change places. Of a tree with a [radius](Tree::with_radius), the ray
-/// hits each triangle thickened by it: with a ray that just misses or grazes this, what is closer
-/// than 1e-12 of the size counts as a hit. The answer does not depend on budgets, machines or the
-/// shape of the tree.
+/// hits each triangle thickened by the radius; a ray that misses it by less than 1e-12 of the size
+/// counts as a hit. The answer does not depend on budgets, machines or the shape of the tree.
 ///
 /// ```
 /// use punctual::{Budget, Query, Ray, Tree, Workspace, shapes};
@@ -389,7 +388,7 @@ pub struct RayBounds {
 /// core.
 ///
 /// # Errors
-/// The reason why the deadline stopped it. Then the frontier holds what is open of the ray.
+/// The reason why the deadline stopped it. Then the frontier holds the open nodes of the ray.
 pub(crate) fn cast_alone(
     tree: &Tree,
     ray: &Ray,

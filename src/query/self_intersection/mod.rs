@@ -43,9 +43,9 @@ impl<'t> Query<'t, SelfIntersection> {
     /// - With a common edge, if they are coplanar and on the same side of it.
     /// - A triangle that is there twice counts.
     ///
-    /// Corners are common if their positions are equal, whatever their indices: STL files, and seams
-    /// of textures, repeat vertices. So parts of a mesh that touch in a corner which both have do not
-    /// count there. A degenerate triangle is the hull of its corners.
+    /// Corners are common if their positions are equal, whatever their indices: STL files, and
+    /// seams of textures, repeat vertices. So parts of a mesh that touch in a corner which both
+    /// have do not count there. A degenerate triangle is the hull of its corners.
     ///
     /// Exact, with the guarantee of [`Query::all_pairs`]: a stopped run can be resumed, and bounded
     /// by a certificate. About linear in the triangles.

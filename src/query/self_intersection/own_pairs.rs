@@ -80,8 +80,8 @@ impl<const POINTS: bool> Visitor for Traversal<'_, '_, OwnPairs<'_>, POINTS> {
 }
 
 impl<const POINTS: bool> Traversal<'_, '_, OwnPairs<'_>, POINTS> {
-    /// Tests up to eight waiting pairs: those that share vertices, then the others, and in `f64` what
-    /// that leaves in doubt. Corners of different vertices may be at one position.
+    /// Tests up to eight waiting pairs: those that share vertices, then the others, and in `f64`
+    /// what that leaves in doubt. Corners of different vertices may be at one position.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let tree = self.a;

@@ -26,7 +26,10 @@ const SECTIONS: [(&str, &[&str]); 18] = [
         &["query", "estimate", "self_intersection"],
     ),
     ("Distance: how far apart are they?", &["distance"]),
-    ("Contacts: where do they touch?", &["contacts", "manifolds"]),
+    (
+        "Contacts: where do they touch?",
+        &["contacts", "manifolds", "near_points"],
+    ),
     ("Motion: until when are they free?", &["motion"]),
     (
         "Penetration: how deep are they, and what parts them?",
@@ -44,7 +47,7 @@ const SECTIONS: [(&str, &[&str]); 18] = [
             "scene_shapes",
         ],
     ),
-    ("Robots: is a motion free?", &["robot"]),
+    ("Robots: is a motion free?", &["robot", "robot_motion"]),
     ("Calibration: probabilities that learn", &["calibration"]),
 ];
 

@@ -93,8 +93,10 @@ static void shapes(void) {
 static void tree_shapes(void) {
   const double points[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   const float narrow[6] = {0, 0, 0, 1, 0, 0};
-  size_t triangles[10] = {1, 1, 12, 512, 256, 4, 4, 2, 4, 4};
-  punctual_tree *all[10];
+  const punctual_depth_camera camera = {3, 2, {2, 2}, {1, 0.5}, 0.001};
+  const float depths[6] = {1000, 0, 2000, 0, 500, -1};
+  size_t triangles[11] = {1, 1, 12, 512, 256, 4, 4, 2, 4, 4, 3};
+  punctual_tree *all[11];
   OK(punctual_tree_ball(0.5, &all[0]));
   OK(punctual_tree_capsule(0.5, 1, &all[1]));
   OK(punctual_tree_box(1, 2, 3, 0.25, &all[2]));
@@ -105,7 +107,8 @@ static void tree_shapes(void) {
   OK(punctual_tree_from_points_f32(narrow, 2, 0, &all[7]));
   OK(punctual_tree_from_points_f64(points, 4, 0.1, &all[8]));
   OK(punctual_tree_with_radius(all[8], 0.2, &all[9]));
-  for (int i = 0; i < 10; i++) {
+  OK(punctual_tree_from_depth(camera, depths, 6, 0.01, &all[10]));
+  for (int i = 0; i < 11; i++) {
     punctual_tree_facts facts = {.size = sizeof facts};
     OK(punctual_tree_describe(all[i], &facts));
     CHECK(facts.triangles == triangles[i]);
@@ -114,6 +117,49 @@ static void tree_shapes(void) {
   }
   FAILS(punctual_tree_ball(-1, &all[0]), BAD_ARGUMENT,
         "punctual_tree_ball: radius is -1.0, must be 1e-150 to 1e150");
+}
+
+/** The corners of a cube of edge 2 beside a ball of radius 1 around one of them. */
+static void near_points(void) {
+  punctual_workspace *workspace;
+  const double corners[24] = {0, 0, 0, 2, 0, 0, 0, 2, 0, 2, 2, 0, 0, 0, 2, 2, 0, 2, 0, 2, 2, 2, 2, 2};
+  uint32_t points[8];
+  size_t count;
+  punctual_tree *cloud, *ball;
+  punctual_near_points near = {.size = sizeof near};
+  punctual_remaining left = {.size = sizeof left};
+  punctual_certificate open = {.size = sizeof open};
+  punctual_aabb boxes[8];
+  OK(punctual_tree_from_points_f64(corners, 8, 0, &cloud));
+  OK(punctual_tree_ball(1, &ball));
+  punctual_near_points_query query = punctual_near_points_query_new(cloud, ball, punctual_pose_identity());
+  query.distance = 1.1;
+  OK(punctual_workspace_with_capacity(64, 1, &workspace));
+  OK(punctual_workspace_reserve_near_points(workspace, 8));
+  OK(punctual_near_points_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &near));
+  OK(punctual_workspace_near_points(workspace, points, 8, &count));
+  CHECK(near.found == 4 && count == 4 && near.stop == PUNCTUAL_STOP_REASON_FINISHED);
+  for (size_t i = 0; i < count; i++)
+    CHECK(points[i] == 0 || points[i] == 1 || points[i] == 2 || points[i] == 4);
+  OK(punctual_workspace_drain_near_points(workspace));
+  query.point_limit = 1;
+  OK(punctual_near_points_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &near));
+  CHECK(near.stop == PUNCTUAL_STOP_REASON_PAIRS_FULL);
+  OK(punctual_near_points_query_remaining(&query, workspace, &left));
+  OK(punctual_near_points_query_certificate(&query, workspace, &open));
+  OK(punctual_near_points_query_open_boxes(&query, workspace, boxes, 8, &count));
+  CHECK(open.open_pairs > 0 && count > 0);
+  while (near.stop != PUNCTUAL_STOP_REASON_FINISHED) {
+    OK(punctual_workspace_drain_near_points(workspace));
+    OK(punctual_near_points_query_resume(&query, workspace, punctual_budget_unlimited(), NULL, &near));
+  }
+  CHECK(near.found == 4);
+  query.a = ball;
+  FAILS(punctual_near_points_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &near), BAD_ARGUMENT,
+        "punctual_near_points_query_run: the tree is not that of a point cloud, see punctual_tree_from_points_f32");
+  punctual_workspace_free(workspace);
+  punctual_tree_free(cloud);
+  punctual_tree_free(ball);
 }
 
 static void poses(void) {
@@ -625,6 +671,7 @@ int main(int count, char **arguments) {
   own_pairs();
   motions();
   contacts();
+  near_points();
   rays();
   robots();
   scenes();

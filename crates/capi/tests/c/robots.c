@@ -74,6 +74,54 @@ static void questions(punctual_robot *robot, uint32_t post) {
   CHECK(punctual_robot_safe_speed(0.001, 0.001, braking) < 0.2 && punctual_robot_safe_speed(0, 0.001, braking) == 0);
 }
 
+/* The turn into the post as a polynomial, tested, and followed no faster than is proven; then two that may touch. */
+static void follow(punctual_robot *robot) {
+  punctual_trajectory *plan;
+  punctual_horizon *horizon;
+  punctual_robot_motion motion = {.size = sizeof motion};
+  punctual_ahead ahead = {.size = sizeof ahead};
+  punctual_budget all = punctual_budget_unlimited();
+  double rows[2 * JOINTS] = {0}, values[JOINTS], seconds;
+  size_t count;
+  memcpy(rows, bent, sizeof bent);
+  rows[JOINTS] = 1;
+  OK(punctual_trajectory_new(&plan));
+  OK(punctual_trajectory_push(plan, 1, rows, 2, JOINTS));
+  rows[0] = 0.5;
+  OK(punctual_trajectory_push(plan, 1, rows, 2, JOINTS));
+  FAILS(punctual_trajectory_push(plan, 1, rows, 7, 2), BAD_ARGUMENT,
+        "punctual_trajectory_push: piece 2: 7 rows, the first of 2 numbers");
+  OK(punctual_trajectory_seconds(plan, &seconds));
+  OK(punctual_trajectory_at(plan, 1.5, values, JOINTS, &count));
+  CHECK(seconds == 2 && count == JOINTS && values[0] == 1 && values[1] == 1.2);
+  OK(punctual_robot_follow(robot, plan, 1, all, NULL, &motion));
+  CHECK(motion.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && motion.free_until > 0.6);
+  double touching = motion.touching_at;
+  OK(punctual_robot_follow(robot, plan, 1, punctual_budget_work(2000), NULL, &motion));
+  CHECK(motion.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && motion.free_until < touching);
+  OK(punctual_robot_edge_resume(robot, all, NULL, &motion));
+  CHECK(fabs(motion.touching_at - touching) < 1e-4);
+
+  /* It stands still before the post. */
+  OK(punctual_horizon_new(0.01, 0.1, &horizon));
+  FAILS(punctual_horizon_step(horizon, robot, NULL, all, NULL, &ahead), BAD_ARGUMENT,
+        "punctual_horizon_step: a trajectory of no piece, or beyond all times");
+  for (int cycle = 0; cycle < 400; cycle++) {
+    OK(punctual_horizon_step(horizon, robot, cycle == 0 ? plan : NULL, punctual_budget_work(20000), NULL, &ahead));
+    CHECK(ahead.is_new == (cycle == 0) && ahead.stops_at <= ahead.free_until && ahead.free_until <= touching);
+  }
+  CHECK(ahead.is_proven && ahead.speed < 0.1 && ahead.time > 0.5 * touching && ahead.since == 0);
+  OK(punctual_robot_allow(robot, "post 1", "wrist", 1));
+  FAILS(punctual_robot_allow(robot, "post 1", "nose", 1), BAD_ARGUMENT,
+        "punctual_robot_allow: allow: there is no link or obstacle nose");
+  OK(punctual_robot_allow(robot, "wrist", "post 1", 0));
+  OK(punctual_trajectory_clear(plan));
+  OK(punctual_trajectory_seconds(plan, &seconds));
+  CHECK(seconds == 0);
+  punctual_horizon_free(horizon);
+  punctual_trajectory_free(plan);
+}
+
 void robots(void) {
   punctual_robot *robot;
   punctual_mesh *cube;
@@ -105,6 +153,7 @@ void robots(void) {
   CHECK(length == 0);
   questions(robot, post);
   near_pairs(robot, post);
+  follow(robot);
   FAILS(punctual_robot_collide(robot, bent, 3, punctual_budget_unlimited(), NULL, &collision), BAD_ARGUMENT,
         "punctual_robot_collide: 3 joint values, the robot has 7");
 

@@ -12,7 +12,7 @@ template <class Handle> constexpr bool is_owner = std::is_nothrow_move_construct
                                                   sizeof(Handle) == sizeof(void *);
 static_assert(is_owner<punctual::Mesh> && is_owner<punctual::Tree> && is_owner<punctual::Workspace> &&
               is_owner<punctual::Memory> && is_owner<punctual::Scene> &&
-              is_owner<punctual::Robot>);
+              is_owner<punctual::Robot> && is_owner<punctual::Trajectory> && is_owner<punctual::Horizon>);
 
 // A query and a body borrow their trees, which therefore have a name of their own.
 using Tree = punctual::Tree;
@@ -35,6 +35,12 @@ static_assert(std::is_constructible_v<punctual::ContactQuery, const Tree &, Tree
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree &, Tree, Pose>);
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::NearPointsQuery, const Tree &, Tree &, Pose, double>);
+static_assert(!std::is_constructible_v<punctual::NearPointsQuery, Tree, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::NearPointsQuery, Tree &, Tree, Pose>);
+static_assert(!std::is_constructible_v<punctual::NearPointsQuery, Tree, Tree, Pose>);
+static_assert(std::is_trivially_copyable_v<punctual::NearPointsQuery> &&
+              sizeof(punctual::NearPointsQuery) == sizeof(punctual_near_points_query));
 static_assert(std::is_constructible_v<punctual::PenetrationQuery, const Tree &, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::PenetrationQuery, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::PenetrationQuery, Tree &, Tree, Pose>);

@@ -80,6 +80,8 @@ constructors! {
         -> punctual_distance_query<'t>;
     punctual_contact_query_new(punctual_contact_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
         -> punctual_contact_query<'t>;
+    punctual_near_points_query_new(punctual_near_points_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
+        -> punctual_near_points_query<'t>;
     punctual_manifold_query_new(punctual_manifold_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
         -> punctual_manifold_query<'t>;
     punctual_penetration_query_new(punctual_penetration_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)

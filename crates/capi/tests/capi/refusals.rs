@@ -6,6 +6,7 @@ use std::ptr::{null, null_mut};
 use super::call::*;
 use punctual_capi::{punctual_status as Status, *};
 
+const OBJ: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 const HANDLE: &str = "the place for the new handle";
 
 #[test]
@@ -60,11 +61,9 @@ fn null_is_refused_by_trees() {
         punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None) => null "count";
         punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut other)) => null "bytes";
         punctual_mesh_read(null(), None) => null "path";
-        punctual_mesh_read(c"a.obj".as_ptr(), None) => null HANDLE;
         punctual_mesh_read_bytes(null(), 1, 0, None) => null "bytes";
-        punctual_mesh_read_bytes(null(), 0, 0, None) => null HANDLE;
+        punctual_mesh_read_bytes(OBJ.as_ptr(), OBJ.len(), 0, None) => null HANDLE;
         punctual_tree_from_bytes(null(), 1, None) => null "bytes";
-        punctual_tree_from_bytes(null(), 0, None) => null HANDLE;
         punctual_tree_levels(None, nowhere, size, 0, None) => null "tree";
         punctual_tree_levels(Some(&tree), nowhere, size, 0, None) => null "count";
         punctual_tree_levels(Some(&tree), nowhere, size, 1, Some(&mut count)) => null "levels";
@@ -222,7 +221,8 @@ fn null_is_refused_by_scenes() {
         punctual_scene_body(None, NOBODY, slot(Some(&mut MaybeUninit::uninit()))) => null "scene";
         punctual_scene_tree(None, NOBODY, None) => null "scene";
         punctual_scene_set_pose(None, NOBODY, pose) => null "scene";
-        punctual_scene_set_tree(None, NOBODY, None) => null "tree";
+        punctual_scene_set_tree(None, NOBODY, None) => null "scene";
+        punctual_scene_set_tree(Some(&mut scene), NOBODY, None) => null "tree";
         punctual_scene_set_filter(None, NOBODY, 1, 1) => null "scene";
         punctual_scene_set_importance(None, NOBODY, 1.0) => null "scene";
         detect(None, budget, None) => null "scene";

@@ -5,8 +5,8 @@ use std::ptr::{null, null_mut};
 
 use super::call::*;
 use ::punctual_robot::{
-    Checker, ClearanceOptions, Collision, EdgeOptions, Margin, Model, NearPairs, Shape, Track,
-    UrdfOptions,
+    Checker, ClearanceOptions, Collision, EdgeOptions, Horizon, Margin, Model, NearPairs, Shape,
+    Track, Trajectory, UrdfOptions,
 };
 use punctual::{Budget, Tree, shapes};
 use punctual_capi::{punctual_status as Status, *};
@@ -482,4 +482,203 @@ fn bad_robot_arguments_are_refused() {
         punctual_robot_remove(Some(&mut robot), 99) => BadArgument text;
     }
     punctual_robot_free(None);
+}
+
+fn same_motion(
+    found: &punctual_robot_motion,
+    want: &::punctual_robot::Outcome<::punctual_robot::Edge>,
+) {
+    let touching = want.value.touching_at.unwrap_or(f64::INFINITY);
+    assert_eq!(
+        (found.free_until, found.work),
+        (want.value.free_until, want.work)
+    );
+    assert_eq!(found.touching_at, touching);
+}
+
+/// Motions by polynomials, tested, resumed, and followed from cycle to cycle beside an obstacle that
+/// comes; then a pair that may touch.
+#[test]
+fn trajectories_and_horizons_are_those_of_rust() {
+    let (mut ours, mut theirs, _tree) = arms();
+    let (mut ours_plan, mut plan) = (
+        owned(|out| punctual_trajectory_new(out)),
+        Trajectory::default(),
+    );
+    let bend = TURN.map(|v| -0.2 * v);
+    for (seconds, rows) in [
+        (1.5, vec![BENT, TURN, bend]),
+        (1.0, vec![BENT.map(|q| q + 1.0)]),
+    ] {
+        let flat = rows.concat();
+        // SAFETY: an array as long as said.
+        let status = unsafe {
+            punctual_trajectory_push(Some(&mut ours_plan), seconds, flat.as_ptr(), rows.len(), 7)
+        };
+        assert_eq!(status, Status::Ok, "{}", last_error());
+        plan.push(
+            seconds,
+            &rows.iter().map(|row| &row[..]).collect::<Vec<_>>(),
+        )
+        .unwrap();
+    }
+    assert_eq!(
+        made(|out| punctual_trajectory_seconds(Some(&ours_plan), out)),
+        plan.seconds()
+    );
+    let mut values = [0.0; 7];
+    for time in [-1.0, 0.7, 2.0, 9.0] {
+        let count = made(|out| unsafe {
+            punctual_trajectory_at(Some(&ours_plan), time, values.as_mut_ptr(), 7, out)
+        });
+        assert_eq!((count, &values[..]), (7, &plan.at(time)[..]));
+    }
+    for (work, first) in [(u64::MAX, 1), (u64::MAX, 0), (6_000, 1)] {
+        let (budget, same) = (punctual_budget_work(work), Budget::work(work));
+        let options = [EdgeOptions::any(), EdgeOptions::first()][first as usize];
+        let found = made(|out| unsafe {
+            let (robot, plan) = (Some(&mut *ours), Some(&*ours_plan));
+            punctual_robot_follow(robot, plan, first, budget, None, slot(out))
+        });
+        same_motion(&found, &theirs.trajectory(&plan, &options, same).unwrap());
+        if work < u64::MAX {
+            let found = made(|out| unsafe {
+                let all = punctual_budget_unlimited();
+                punctual_robot_edge_resume(Some(&mut ours), all, None, slot(out))
+            });
+            same_motion(&found, &theirs.resume_edge(Budget::unlimited()).unwrap());
+        }
+    }
+    let mut ours_horizon = owned(|out| punctual_horizon_new(0.01, 0.1, out));
+    let mut horizon = Horizon::new(0.01, 0.1).unwrap();
+    let cube = theirs.find("cube").unwrap();
+    let mut braked = 0;
+    for cycle in 0..150 {
+        let work = [200, 3_000, 30_000][cycle % 3];
+        let mut pose = punctual_pose_identity();
+        (pose.m[3], pose.m[7]) = (0.35, 0.9 - 0.003 * cycle as f64);
+        let down = punctual_point {
+            x: 0.0,
+            y: -0.3,
+            z: 0.0,
+        };
+        let still = zero_pair().normal;
+        let number = cube.number();
+        let status =
+            punctual_robot_move_along(Some(&mut ours), number, pose, down, still, 0.02, 0.1);
+        assert_eq!(status, Status::Ok);
+        let pose = punctual::Pose::from_row_major(pose.m).unwrap();
+        let track = Track::velocity(&pose, [0.0, -0.3, 0.0], [0.0; 3]).unwrap();
+        theirs
+            .move_along(cube, track.reach(0.02, 0.1).unwrap())
+            .unwrap();
+        let is_new = cycle == 0;
+        let found = made(|out| unsafe {
+            let budget = punctual_budget_work(work);
+            let (horizon, robot) = (Some(&mut *ours_horizon), Some(&mut *ours));
+            let plan = is_new.then_some(&*ours_plan);
+            punctual_horizon_step(horizon, robot, plan, budget, None, slot(out))
+        });
+        let want = horizon
+            .step(&mut theirs, is_new.then_some(&plan), Budget::work(work))
+            .unwrap();
+        let ahead = want.value;
+        assert_eq!(
+            (
+                found.speed,
+                found.time,
+                found.stops_at,
+                found.free_until,
+                found.work
+            ),
+            (
+                ahead.speed,
+                ahead.time,
+                ahead.stops_at,
+                ahead.free_until,
+                want.work
+            )
+        );
+        assert_eq!(
+            (found.is_proven, found.is_new, found.since),
+            (ahead.is_proven, ahead.is_new, ahead.since)
+        );
+        braked += u32::from(ahead.since > 0);
+    }
+    assert!(braked > 10, "{braked}");
+    let (cube, wrist) = (text("cube"), text("wrist"));
+    for may_touch in [1, 0] {
+        // SAFETY: texts.
+        let status = unsafe {
+            punctual_robot_allow(Some(&mut ours), cube.as_ptr(), wrist.as_ptr(), may_touch)
+        };
+        assert_eq!(status, Status::Ok);
+        theirs.allow(["cube", "wrist"], may_touch != 0).unwrap();
+        let found = made(|out| unsafe {
+            let all = punctual_budget_unlimited();
+            punctual_robot_collide(Some(&mut ours), BENT.as_ptr(), 7, all, None, slot(out))
+        });
+        assert_eq!(
+            found.work,
+            theirs.collide(&BENT, Budget::unlimited()).unwrap().work
+        );
+    }
+    assert_eq!(punctual_trajectory_clear(Some(&mut ours_plan)), Status::Ok);
+    assert_eq!(
+        made(|out| punctual_trajectory_seconds(Some(&ours_plan), out)),
+        0.0
+    );
+}
+
+#[test]
+fn bad_plans_are_refused() {
+    let (mut robot, _, _) = arms();
+    let mut plan = owned(|out| punctual_trajectory_new(out));
+    let mut horizon = owned(|out| punctual_horizon_new(0.01, 0.0, out));
+    let (mut a, mut b) = (
+        std::mem::MaybeUninit::uninit(),
+        std::mem::MaybeUninit::uninit(),
+    );
+    let mut ahead = std::mem::MaybeUninit::uninit();
+    let mut motion = std::mem::MaybeUninit::uninit();
+    let (cube, nose, all) = (text("cube"), text("nose"), punctual_budget_unlimited());
+    let numbers = [0.0, 1.0, f64::NAN, 0.0];
+    let mut push = |seconds, powers, joints| {
+        // SAFETY: an array of 4.
+        unsafe {
+            punctual_trajectory_push(Some(&mut plan), seconds, numbers.as_ptr(), powers, joints)
+        }
+    };
+    refuses! {
+        push(1.0, 2, 2) => BadArgument "punctual_trajectory_push: piece 0: power 1: joint 0: NaN, allowed is 1e30";
+        push(1.0, 0, 2) => BadArgument "punctual_trajectory_push: piece 0: 0 rows, the first of 0 numbers";
+        push(1.0, usize::MAX, 2)
+            => BadArgument "punctual_trajectory_push: coefficients is longer than memory or not aligned";
+        push(0.0, 1, 2) => BadArgument "punctual_trajectory_push: piece 0: 0 s, must be above 0 and at most 1e30";
+        punctual_horizon_new(0.0, 1.0, Some(&mut a))
+            => BadArgument "punctual_horizon_new: horizon: cycle 0 s, braking 1 s, allowed is above 0, and 0, to 1e30";
+        punctual_trajectory_new(None) => null "the place for the new handle";
+        punctual_horizon_new(1.0, 1.0, None) => null "the place for the new handle";
+        punctual_trajectory_seconds(None, None) => null "trajectory";
+        punctual_trajectory_clear(None) => null "trajectory";
+    }
+    assert_eq!(push(1.0, 1, 2), Status::Ok);
+    refuses! {
+        punctual_horizon_step(Some(&mut horizon), Some(&mut robot), Some(&plan), all, None, slot(Some(&mut ahead)))
+            => BadArgument "punctual_horizon_step: 2 joint values, the robot has 7";
+        punctual_horizon_step(Some(&mut horizon), Some(&mut robot), None, all, None, slot(Some(&mut ahead)))
+            => BadArgument "punctual_horizon_step: a trajectory of no piece, or beyond all times";
+        punctual_horizon_step(None, Some(&mut robot), None, all, None, slot(Some(&mut ahead))) => null "horizon";
+        punctual_horizon_step(Some(&mut horizon), None, Some(&plan), all, None, slot(Some(&mut ahead)))
+            => null "robot";
+        punctual_robot_follow(Some(&mut robot), Some(&plan), 0, all, None, slot(Some(&mut motion)))
+            => BadArgument "punctual_robot_follow: 2 joint values, the robot has 7";
+        punctual_robot_follow(Some(&mut robot), None, 0, all, None, slot(Some(&mut motion))) => null "trajectory";
+        punctual_trajectory_at(Some(&plan), 0.0, null_mut(), 2, Some(&mut b)) => null "values";
+        punctual_robot_allow(Some(&mut robot), cube.as_ptr(), nose.as_ptr(), 1)
+            => BadArgument "punctual_robot_allow: allow: there is no link or obstacle nose";
+        punctual_robot_allow(Some(&mut robot), null(), nose.as_ptr(), 1) => null "x";
+    }
+    punctual_trajectory_free(None);
+    punctual_horizon_free(None);
 }

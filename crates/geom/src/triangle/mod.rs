@@ -35,8 +35,8 @@ pub fn triangles_intersect(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
 /// shared, or if a common point is outside the hull of the shared ones. Exact for the given
 /// coordinates; corners are shared if they are equal.
 ///
-/// So triangles that share nothing meet as by [`triangles_intersect`]; triangles that share an edge,
-/// if they are coplanar and on the same side of it. Coordinates as there.
+/// So triangles that share nothing meet as by [`triangles_intersect`]; triangles that share an
+/// edge, if they are coplanar and on the same side of it. Coordinates as there.
 ///
 /// ```
 /// use punctual::glam::DVec3;

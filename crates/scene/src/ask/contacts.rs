@@ -12,8 +12,8 @@ use punctual::Verdict;
 use punctual::intersection::Operand;
 use punctual_geom::Pose;
 
-/// A contact point of two bodies: one of at most four of a [manifold](punctual::contacts::Manifold),
-/// fixed to both bodies.
+/// A contact point of two bodies: one of at most four of a
+/// [manifold](punctual::contacts::Manifold), fixed to both bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -64,7 +64,7 @@ impl ContactPoint {
     }
 }
 
-/// What is known of the contacts of two bodies: [`Scene::contacts`].
+/// The known contacts of two bodies: [`Scene::contacts`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Contacts<'s> {
@@ -78,10 +78,9 @@ pub struct Contacts<'s> {
     /// Where no point stands for a contact, the surfaces, taken as those of solids, were at least
     /// this far apart when the points were found, margins not subtracted. It is the sum of the
     /// margins if the points stand for all contacts, more if the bodies are proven apart by more
-    /// ([`Scene::set_look_ahead`]), and 0 if one is `within` the other or nothing is known. The bodies
-    /// meet nowhere else before they have moved by
-    /// `low - drift` relative to each other. If that is negative, they have sunk into each other
-    /// by no more elsewhere.
+    /// ([`Scene::set_look_ahead`]), and 0 if one is `within` the other or nothing is known. The
+    /// bodies meet nowhere else before they have moved by `low - drift` relative to each other. If
+    /// that is negative, they have sunk into each other by no more elsewhere.
     pub low: f64,
     /// Upper bound of how far the surfaces have moved relative to each other since the points were
     /// found, in the length unit of the scene. 0 if they were found at the present poses, infinite
@@ -262,7 +261,7 @@ impl Scene {
         self.pairs.reserve_touches();
     }
 
-    /// What is known of two bodies without points. `is_apart`: they are separated now.
+    /// The answer for two bodies without points. `is_apart`: they are separated now.
     fn without_points(&self, key: PairKey, is_apart: bool) -> Contacts<'_> {
         let (bodies, frame) = (&self.bodies, self.report.frame);
         let skin = bodies.pair(key).map_or(0.0, margins);
@@ -310,8 +309,8 @@ impl Scene {
         low.max(self.bodies.boxes_apart(key)[0])
     }
 
-    /// What is known of the contacts of two bodies, as far as the frames so far have found them, if
-    /// requested ([`Scene::find_contacts`]). No points if the bodies were found separated.
+    /// The contacts of two bodies, as far as the frames so far have found them, if requested
+    /// ([`Scene::find_contacts`]). No points if the bodies were found separated.
     ///
     /// A question that was cut short reports a part of the contacts, and continues in the next
     /// frame if the bodies rest. Points stay until there are newer ones, with a

@@ -39,7 +39,8 @@ pub(crate) struct Group {
     pub id: Option<MeasureId>,
     /// The pairs of bodies, ascending.
     pub keys: Vec<PairKey>,
-    /// The index of the pair whose boxes are looked at next, and the pair with the nearest boxes so far.
+    /// The index of the pair whose boxes are looked at next, and the pair with the nearest boxes so
+    /// far.
     pub next: usize,
     pub nearest: Option<PairKey>,
     /// The closest pair found, the bounds proven for it, and the frame of the proof.

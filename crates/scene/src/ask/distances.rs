@@ -234,7 +234,7 @@ impl Scene {
     /// are computed anew once.
     ///
     /// # Errors
-    /// If the distance is not measured, or by another scene.
+    /// If this scene does not measure the distance.
     pub fn stop_measuring_groups(&mut self, id: MeasureId) -> Result<(), SceneError> {
         let frame = self.next_frame();
         self.edit(|bodies| {
@@ -265,8 +265,8 @@ impl Bodies {
     }
 
     /// Sets the upper bound of each group for this frame: the last frame's bound, corrected for
-    /// displacement. If there is none, it uses boxes: those of the pair that had the nearest ones, and
-    /// of as many others as the deadline allows, from where the last frame stopped.
+    /// displacement. If there is none, it uses boxes: those of the pair that had the nearest ones,
+    /// and of as many others as the deadline allows, from where the last frame stopped.
     pub fn begin_groups(&mut self, frame: u64, deadline: &mut Deadline) {
         let count = self.distance_requests.groups.len();
         for number in 0..count {

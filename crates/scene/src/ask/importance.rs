@@ -55,11 +55,11 @@ impl Scene {
     /// ([`Scene::detect`]).
     ///
     /// That holds to the end of the budget. If [`PairQuestion::Contacts`] is more important than
-    /// the others, even slightly, the contacts of all pairs that met last are found first. If that
-    /// uses all of the budget apart from the quarter that goes to all questions in turn, the other
-    /// pairs are decided by that quarter alone, within the frames that [`Scene::detect`] states,
-    /// and [`crate::Report::undecided`] counts those that wait. One contact question takes as long
-    /// as about ten others. With the default of 0, whether bodies meet is decided first, and
+    /// the others, even slightly, the contacts of all pairs that met last are found first. That may
+    /// use all of the budget apart from the quarter that goes to all questions in turn. Then the
+    /// other pairs are decided by that quarter alone, within the frames that [`Scene::detect`]
+    /// states; [`crate::Report::undecided`] counts those that wait. One contact question takes as
+    /// long as about ten others. With the default of 0, whether bodies meet is decided first, and
     /// contacts are found with the rest of the budget. The distance of a pair comes before its time
     /// of impact, so it is as important as the more important of both.
     ///

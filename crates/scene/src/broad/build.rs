@@ -1,7 +1,8 @@
 //! Builds the tree of fat AABBs in steps, so that a frame may end between any two of them.
 //!
-//! Top down, each range of bodies is split along an axis at the median of a sample of their middles,
-//! so that the tree is nearly balanced and its paths are short. The next refit computes its boxes.
+//! Top down, each range of bodies is split along an axis at the median of a sample of their
+//! middles, so that the tree is nearly balanced and its paths are short. The next refit computes
+//! its boxes.
 
 use super::node::{NONE, Node, Proxy};
 use crate::cost::WORK_PER_BUILT_LEVEL;
@@ -16,8 +17,9 @@ use punctual_geom::Aabb;
 /// Bodies per step.
 const STEP: usize = 16;
 
-/// Bodies per sample, and the distance of their places in a range, modulo its length: a prime, so
-/// that they are different bodies, scattered so that no pattern of the bodies is that of the sample.
+/// Bodies per sample, and the distance of their places in a range, modulo its length. The distance
+/// is a prime, so that the bodies differ, and large, so that no pattern in the range repeats in the
+/// sample.
 const SAMPLE: usize = 31;
 const SCATTER: u64 = 2_654_435_761;
 
@@ -166,8 +168,9 @@ impl Build {
         });
     }
 
-    /// Compares the next bodies with the pivot. After the last, queues the parts before and from the
-    /// pivot, the first one first: its root is the next node. Returns the number of bodies compared.
+    /// Compares the next bodies with the pivot. After the last, queues the parts before and from
+    /// the pivot, the first one first: its root is the next node. Returns the number of bodies
+    /// compared.
     fn partition(&mut self, mut partition: Partition, proxies: &[Proxy]) -> usize {
         let Range { begin, end, .. } = partition.range;
         let from = partition.at;

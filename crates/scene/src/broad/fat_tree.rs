@@ -37,8 +37,8 @@ pub(crate) struct FatTree {
     /// of nodes still to refit.
     sweeps: bool,
     unswept: usize,
-    /// Nodes to refit, parents first. Then node pairs to visit: by the refit, and after it by the
-    /// search.
+    /// `inner`: nodes to refit, parents first. `stack`: node pairs to visit, by the refit and then
+    /// by the search.
     inner: Vec<u32>,
     stack: Vec<[u32; 2]>,
     /// The next two roots to search against each other, as indices of `roots`.
@@ -209,8 +209,8 @@ impl FatTree {
         true
     }
 
-    /// Adds pairs that may meet, of overlapping fat AABBs of which one is new. Returns true if these
-    /// are all, false if there are at least `enough`; `None` if the deadline came first.
+    /// Adds pairs that may meet, of overlapping fat AABBs of which one is new. Returns true if
+    /// these are all, false if there are at least `enough`; `None` if the deadline came first.
     pub fn search(
         &mut self,
         bodies: &Bodies,

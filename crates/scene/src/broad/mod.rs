@@ -39,9 +39,9 @@ use sort::Sort;
 /// Widening of a moving body's box to its fat AABB, on each side, relative to its longest edge.
 const SLACK: f64 = 0.05;
 
-/// Number of newcomers of a generation if time or work is limited: at least `GENERATION`, at least
-/// one for each `GENERATION_PART` known pairs (finding the pairs of one takes about as long as
-/// merging that many), and at least as many as there is room for.
+/// Number of newcomers of a generation if time or work is limited: at least `GENERATION`, one for
+/// each `GENERATION_PART` known pairs, and as many as there is room for. Finding the pairs of one
+/// newcomer takes about as long as merging `GENERATION_PART` pairs.
 const GENERATION: usize = 64;
 const GENERATION_PART: usize = 64;
 const WORK_PER_NEWCOMER: u64 = 350;

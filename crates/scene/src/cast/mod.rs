@@ -1,6 +1,6 @@
 //! Questions about a scene between frames. Which body does a ray hit ([`ray`])? Which does a moving
-//! shape hit, which does a shape meet, and which is the closest to it ([`shape`])? How far may a body
-//! move ([`stride`])?
+//! shape hit, which does a shape meet, and which is the closest to it ([`shape`])? How far may a
+//! body move ([`stride`])?
 //!
 //! Each question is a [`Probe`]: it has a lower bound for all that is in a box, and asks one body
 //! at a time. One walk through the tree of fat AABBs and the trees of the bodies, in the order of
@@ -32,7 +32,7 @@ use punctual_geom::Aabb;
 use ray::{BodyHit, SceneCast};
 use shape::BodyOverlap;
 
-/// What matters to a question, and in which order.
+/// The region that matters to a question, and the order in which it is searched.
 trait Region {
     fn sight(&self) -> &Sight;
 
@@ -122,7 +122,7 @@ impl Scene {
     }
 }
 
-/// What a walk searches.
+/// The bodies and the broad phase that a walk searches.
 struct Walk<'s> {
     bodies: &'s Bodies,
     broad: &'s Broad,

@@ -281,8 +281,8 @@ impl Scene {
     /// stopped, the others are free until 0.
     ///
     /// With threads (`Scene::use_threads`), batches of more than 64 rays are shared among them,
-    /// unless work is limited, the clock is the caller's, or a ray has [`RayMode::All`]. A budget of
-    /// work, or none, gives the same bits on any number of threads.
+    /// unless work is limited, the clock is the caller's, or a ray has [`RayMode::All`]. A budget
+    /// of work, or none, gives the same bits on any number of threads.
     ///
     /// ```
     /// use punctual::{Budget, Pose, Ray, Tree, shapes};

@@ -26,9 +26,9 @@ use punctual_geom::{Aabb, Motion, MotionError, Pose, PoseError, triangle_segment
 /// not itself in the scene.
 ///
 /// The margins of bodies and of the shape count: a point with a margin is a ball. Without one, a
-/// point that is cast passes through surfaces in no time, so only `free_until` tells of them: cast a
-/// ray instead. Bodies are at the poses that were set last, as for [`Scene::cast`]; their motions do
-/// not count. Sensors are bodies like others. A solid inside another solid meets it.
+/// point that is cast passes through surfaces in no time, so only `free_until` tells of them: cast
+/// a ray instead. Bodies are at the poses that were set last, as for [`Scene::cast`]; their motions
+/// do not count. Sensors are bodies like others. A solid inside another solid meets it.
 ///
 /// ```
 /// use punctual::{Budget, Mode, Pose, Tree, shapes};
@@ -131,8 +131,8 @@ impl<'t> SceneShape<'t> {
 pub struct ShapeHit {
     /// The body.
     pub body: BodyId,
-    /// Triangle of the body, triangle of the shape: ids of the input meshes. `None` if one is inside
-    /// the other.
+    /// Triangle of the body, triangle of the shape: ids of the input meshes. `None` if one is
+    /// inside the other.
     pub triangles: Option<[u32; 2]>,
     /// The closest points of these triangles, of the body and of the shape, in the coordinates of
     /// the scene, each moved towards the other by its margin. One point if the triangles intersect.
@@ -385,7 +385,7 @@ impl Probe for ShapeProbe<'_> {
     }
 }
 
-/// What a walk with a shape has found.
+/// The results of a walk with a shape.
 struct Found {
     low: f64,
     high: f64,
@@ -440,11 +440,11 @@ impl Scene {
     /// Finds which body a shape meets first in its motion, straight or with a rotation, within a
     /// budget of its own ([`SceneShape`]).
     ///
-    /// **Guarantee.** [`ShapeCast::free_until`] is proven and the contact is true, whenever the cast
-    /// stops. For each body, the answer is that of [`Query::impact`]; the earliest contact counts,
-    /// and of equally early ones the one found first. A finished cast has found a contact no later
-    /// than its tolerance after `free_until`, or none, apart from grazes. The same budget of work
-    /// gives the same bits and is never exceeded. Allocates like [`Scene::cast`].
+    /// **Guarantee.** [`ShapeCast::free_until`] is proven and the contact is true, whenever the
+    /// cast stops. For each body, the answer is that of [`Query::impact`]; the earliest contact
+    /// counts, and of equally early ones the one found first. A finished cast has found a contact
+    /// no later than its tolerance after `free_until`, or none, apart from grazes. The same budget
+    /// of work gives the same bits and is never exceeded. Allocates like [`Scene::cast`].
     ///
     /// # Errors
     /// [`SceneError::NoShape`], or [`SceneError::NoSuchBody`] if the asking body is not in the

@@ -15,7 +15,7 @@ use punctual::clock::ManualClock;
 use punctual::engine::Deadline;
 use punctual_geom::{Aabb, length};
 
-/// What is near a body.
+/// The surroundings of a body.
 struct Around {
     sight: Sight,
     bounds: Aabb,
@@ -37,23 +37,24 @@ impl Scene {
     /// `stride`. For solvers, which hold back a body of whose surroundings too little is known. A
     /// negative `sink` is a distance to keep.
     ///
-    /// **Promise.** Bodies whose contacts are [requested](Scene::find_contacts) sink into each other
-    /// nowhere by more than `sink`, except where contact points stand, whatever the budgets of the
-    /// frames, if
-    /// - no point of the mesh of a moving body moves farther than this before you ask for all of them
-    ///   again (a body that turns by `w` moves its points by at most `w` times its radius);
+    /// **Promise.** Bodies whose contacts are [requested](Scene::find_contacts) sink into each
+    /// other nowhere by more than `sink`, except where contact points stand, whatever the budgets
+    /// of the frames, if
+    /// - no point of the mesh of a moving body moves farther than this before you ask for all of
+    ///   them again (a body that turns by `w` moves its points by at most `w` times its radius);
     /// - fixed bodies rest. Give [kinematic](crate::Body) ones their new poses before you ask.
     ///
     /// So if `sink` is less than the thickness of the bodies, none passes through another. Where
-    /// contact points stand, the solver keeps bodies apart: they know how far ([`ContactPoint::at`]).
-    /// If two bodies touch in so many places that the points left out may be sunk too
-    /// ([`Contacts::low`] of a finished question is 0), these count as touching.
+    /// contact points stand, the solver keeps bodies apart: they know how far
+    /// ([`ContactPoint::at`]). If two bodies touch in so many places that the points left out may
+    /// be sunk too ([`Contacts::low`] of a finished question is 0), these count as touching.
     ///
-    /// Of each near body it takes what is proven: [`Contacts::low`] less [`Contacts::drift`], or the
-    /// gap of their boxes. Of two moving bodies each may move half of that. It is 0 while nothing is
-    /// known, or one is within the other; then give the body an importance, so that it goes first in
-    /// the next frame. A [look-ahead](Scene::set_look_ahead) of about a stride lets bodies without
-    /// contacts move farther. Pairs without contact requests, such as those of sensors, do not count.
+    /// Of each near body it takes what is proven: [`Contacts::low`] less [`Contacts::drift`], or
+    /// the gap of their boxes. Of two moving bodies each may move half of that. It is 0 while
+    /// nothing is known, or one is within the other; then give the body an importance, so that it
+    /// goes first in the next frame. A [look-ahead](Scene::set_look_ahead) of about a stride lets
+    /// bodies without contacts move farther. Pairs without contact requests, such as those of
+    /// sensors, do not count.
     ///
     /// Takes time proportional to the near bodies, one search each. Within the room of
     /// [`Scene::reserve`] it does not allocate.
@@ -124,7 +125,8 @@ impl Scene {
         Ok(most)
     }
 
-    /// The part that a moving body may use of the room of a pair. `None` if the pair has no contacts.
+    /// The part that a moving body may use of the room of a pair. `None` if the pair has no
+    /// contacts.
     fn share(&self, key: PairKey) -> Option<f64> {
         let pair = self.bodies.pair(key)?;
         let fixed = pair.map(|placed| placed.body.kind == BodyKind::Fixed);

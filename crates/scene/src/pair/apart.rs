@@ -25,8 +25,8 @@ use punctual_geom::tolerance::SCENE_ROTATION_TOLERANCE;
 /// Relative difference of lengths in the scene and in the frame of a body, upper bound.
 pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
 
-/// A proof must last for at least `LEAST_STEPS` steps, or for `LEAST_OF_NEAR` if the bodies are
-/// closer than the first limit. At most `MOST_STEPS` are asked for.
+/// A proof is tried for a distance of `LEAST_STEPS` to `MOST_STEPS` steps of the bodies. If they
+/// are closer, it is tried for a smaller distance of at least `LEAST_OF_NEAR` steps.
 const LEAST_STEPS: f64 = 8.0;
 const LEAST_OF_NEAR: f64 = 3.0;
 const MOST_STEPS: f64 = 64.0;

@@ -309,8 +309,8 @@ impl Turn {
         }
     }
 
-    /// Resumes or begins a question, as far as the deadline allows. Returns its answer, and the work
-    /// of the run.
+    /// Resumes or begins a question, as far as the deadline allows. Returns its answer, and the
+    /// work of the run.
     pub fn go_on(&mut self, question: &Question, context: &mut Context) -> (Answer, Spent) {
         let Context {
             round,

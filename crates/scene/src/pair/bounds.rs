@@ -3,7 +3,7 @@
 use super::state::NO_TRIANGLES;
 use punctual::impact::TimeOfImpact;
 
-/// What a call has proven, besides whether the bodies meet.
+/// The bounds that a call has proven, besides whether the bodies meet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Proof {
     Distance(Bounds),

@@ -75,8 +75,8 @@ impl Turn {
         self.kind == TurnKind::Contacts && low < context.bodies.contact_requests.look_ahead
     }
 
-    /// Lower bound of the distance of bodies without contacts, as far as the look-ahead and the deadline
-    /// allow.
+    /// Lower bound of the distance of bodies without contacts, as far as the look-ahead and the
+    /// deadline allow.
     fn look_ahead(&mut self, pair: [&Placed; 2], b_in_a: &Pose, context: &mut Context) -> f64 {
         if !self.looks_beyond(0.0, context) || !context.deadline.has_room(LEAST_DISTANCE_WORK) {
             return 0.0;

@@ -7,8 +7,8 @@ use alloc::sync::Arc;
 use core::time::Duration;
 use punctual::{Budget, Clock, Mode};
 
-/// Minimum time of a frame with estimates for stopped queries; the part of the frame reserved for
-/// them; and its maximum per thread.
+/// Minimum time of a frame with estimates for stopped queries, the part of the frame reserved for
+/// estimates, and its maximum per thread.
 const ESTIMATES: Duration = Duration::from_millis(1);
 const ESTIMATES_PART: u32 = 32;
 const ESTIMATES_MOST: Duration = Duration::from_micros(50);

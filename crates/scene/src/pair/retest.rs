@@ -89,8 +89,8 @@ impl<'b> Retest<'b> {
     }
 }
 
-/// The ids of two triangles (tree order) of bodies with margins, and an upper bound of their distance,
-/// if they are within the margins.
+/// The ids of two triangles (tree order) of bodies with margins, and an upper bound of their
+/// distance, if they are within the margins.
 pub(crate) fn within(pair: [&Placed; 2], witness: [u32; 2]) -> Option<([u32; 2], f64)> {
     let trees = pair.map(|placed| &*placed.body.tree);
     let b_in_a = &pair[0].relative(pair[1]);

@@ -148,8 +148,8 @@ pub(crate) struct PairState {
     /// The frame, low bits, before which no proof of a distance is tried; 0 if one may be tried at
     /// any time.
     pub proves_from: u16,
-    /// The last plane that separated them; the number of failures in a row; and the number of next
-    /// turns without planes.
+    /// The last plane that separated them, the number of failures in a row, and the number of turns
+    /// to come without planes.
     pub separating_plane: SeparatingPlane,
     pub in_vain: u8,
     pub without_planes: u8,
@@ -352,8 +352,8 @@ impl PairState {
 
     /// How early a contact was proven in the last motion: 1 at once, 0 at its end.
     pub fn urgency(&self) -> Option<f32> {
-        // Without this, the compiler compares times before it knows that there are any, which
-        // valgrind reports.
+        // Without `black_box` the compiler compares times before it has checked that there are any,
+        // which valgrind reports.
         let (.., times) = black_box(self.proven());
         (times.high <= 1.0).then_some(1.0 - times.low as f32)
     }

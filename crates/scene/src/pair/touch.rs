@@ -1,4 +1,4 @@
-//! What is known of the contacts of two bodies, kept from frame to frame.
+//! The known contacts of two bodies, kept from frame to frame.
 
 use super::spent::Spent;
 use super::state::PairState;
@@ -147,8 +147,8 @@ impl Bodies {
         moved + rounding[0] + rounding[1]
     }
 
-    /// How far the surfaces of a pair have moved since its contacts were found, if these need not be
-    /// found anew.
+    /// How far the surfaces of a pair have moved since its contacts were found, if these need not
+    /// be found anew.
     pub fn small_drift(&self, key: PairKey, state: &PairState, frame: u64) -> Option<f64> {
         let touch = state.touch.as_ref()?;
         let is_whole = touch.since > 0 && touch.completed == touch.since;

@@ -96,8 +96,8 @@ impl Assignment<'_> {
         } else {
             turns
         };
-        // Some tasks take far more than their medians. Tasks that are not reached would have to wait,
-        // however important.
+        // Some tasks take far more than their medians. Tasks that are not reached would have to
+        // wait, however important.
         self.turns(turns / 2, |_| 0);
         (self.batches[0].budget, self.batches[0].looks_ahead) = (turns, false);
 
@@ -167,8 +167,8 @@ impl Assignment<'_> {
         }
     }
 
-    /// Puts a task into the batch that holds its stopped run, or else into `batch`. If that is full,
-    /// the task waits for the next round. Returns the expected work, including overhead.
+    /// Puts a task into the batch that holds its stopped run, or else into `batch`. If that is
+    /// full, the task waits for the next round. Returns the expected work, including overhead.
     fn assign(&mut self, index: usize, batch: usize) -> u64 {
         let task = &mut self.tasks[index];
         let batch = &mut self.batches[task.home.take().map_or(batch, usize::from)];

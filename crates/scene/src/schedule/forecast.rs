@@ -27,12 +27,13 @@ impl Forecast {
     };
 
     /// The forecast of a pair decided `age` frames ago, from its record, or else from the fourth
-    /// roots of the triangle counts, and from the [overlap](crate::body::Bodies::common_part) of the
-    /// boxes.
+    /// roots of the triangle counts, and from the [overlap](crate::body::Bodies::common_part) of
+    /// the boxes.
     #[inline]
     pub fn new(known: &Known, age: f32, sizes: [f32; 2], part: f32) -> Self {
         let cost = match known.cost {
-            // Near contact, work grows about like the fourth root of the product of the triangle counts.
+            // Near contact, work grows about like the fourth root of the product of the triangle
+            // counts.
             0 => (40.0 * sizes[0] * sizes[1]) as u32,
             cost => cost,
         };
@@ -97,8 +98,8 @@ const HALF_PART: f32 = 0.1;
 /// P(contact) of a pair that was never decided is one half if the square of the overlap is this.
 const NEVER_DECIDED: f32 = 0.1;
 
-/// P(contact) of a pair that was separated: the factor per frame since, per unit of work that the
-/// separation took plus `MORE_WORK`, and per overlap; and the upper limit.
+/// P(contact) of a separated pair is the product of this factor, the frames since, the work of the
+/// separation plus `MORE_WORK`, and the overlap of the boxes; at most `MOST_OF_APART`.
 const NEW_CONTACT: f32 = 2.5e-5;
 const MORE_WORK: f32 = 1000.0;
 const MOST_OF_APART: f32 = 0.5;

@@ -1,5 +1,5 @@
-//! A compact record of every pair of near bodies: a frame reads all of them, and the states of those
-//! that have a turn.
+//! A compact record of every pair of near bodies: a frame reads all of them, and the states of
+//! those that have a turn.
 
 use crate::body::{Bodies, triangle_ids};
 use crate::cost::{LEAST_WORK, WORK_PER_QUERY, WORK_PER_ROOT_TEST, WORK_PER_WITNESS};
@@ -337,9 +337,9 @@ impl Known {
         self.flags = self.flags & !HOT | if is_hot { HOT } else { 0 };
     }
 
-    /// True if [`Known::search`] is the best way to find out all that is asked: no estimates of the
-    /// pair were reported, it is not special, and nothing in its state is likely to prove at less
-    /// cost, or for longer, that it is apart.
+    /// True if [`Known::search`] is the best way to answer all questions of the pair: no estimates
+    /// of it were reported, it is not special, and nothing in its state is likely to prove it apart
+    /// at less cost or for longer.
     pub fn is_bare(&self, bodies: &Bodies, frame: u64) -> bool {
         let is_slow = |pair| reach(bodies, self.key, pair, frame).is_some();
         let is_simple = || {

@@ -313,9 +313,9 @@ impl<'l> Listing<'l> {
             (complete, holds) = (look.nearness.is_none(), true);
         }
         let is_timed = !SPECIAL || state.is_timed(key, bodies, number);
-        let asks_contacts = bodies.wants_contacts(key);
-        let touches = asks_contacts && state.met();
-        self.counts.near += usize::from(asks_contacts);
+        let wants_contacts = bodies.wants_contacts(key);
+        let touches = wants_contacts && state.met();
+        self.counts.near += usize::from(wants_contacts);
         let drift = if touches {
             bodies.small_drift(key, state, number)
         } else {
@@ -324,7 +324,7 @@ impl<'l> Listing<'l> {
         let located = !touches || drift.is_some();
         // Contacts decide whether the bodies meet, if nothing else is asked.
         let by_contacts =
-            asks_contacts && self.frame.mode == Mode::Any && bodies.asks_only_contact(key);
+            wants_contacts && self.frame.mode == Mode::Any && bodies.asks_only_contact(key);
         if by_contacts
             && !complete
             && let Some(drift) = drift
@@ -417,8 +417,8 @@ impl<'l> Listing<'l> {
         true
     }
 
-    /// Lists a pair whose bodies moved and whose only question is whether they meet. Its state is not
-    /// read.
+    /// Lists a pair whose bodies moved and whose only question is whether they meet. Its state is
+    /// not read.
     #[inline(always)]
     fn list_open(&mut self, pair: Candidate, known: &Known) {
         let frame = self.frame;

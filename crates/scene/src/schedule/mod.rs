@@ -1,16 +1,16 @@
 //! Shares the budget of a frame among its pairs.
 //!
-//! If nothing has changed, a frame goes on with the list, the tasks and the stopped runs of the last
-//! one. A pair that was decided and whose bodies have not moved since needs nothing. For the others
-//! the cost is predicted ([`forecast`]), and the frame proceeds in rounds:
+//! If nothing has changed, a frame goes on with the list, the tasks and the stopped runs of the
+//! last one. A pair that was decided and whose bodies have not moved since needs nothing. For the
+//! others the cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once,
-//!   and, unless work is limited, those that met are searched ([`revisit`]). In a *tight* frame, which
-//!   has little time left for rounds, all known pairs are. The pairs decided are reported however
-//!   little of the frame is left.
-//! - A task has one question. If its distance is known and a body moves, the task continues with the
-//!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
-//!   contacts are requested, with the contacts.
+//!   and, unless work is limited, those that met are searched ([`revisit`]). In a *tight* frame,
+//!   which has little time left for rounds, all known pairs are. The pairs decided are reported
+//!   however little of the frame is left.
+//! - A task has one question. Its next question follows in the next round, with a new rank: the
+//!   time of impact after a distance, if a body moves; the contacts of a pair found to meet, if
+//!   they are requested.
 //! - If the expected cost fits the budget, all pairs are run to their ends.
 //!   Without a budget and on several threads, this begins in the first round, part by part while
 //!   the list is made.
@@ -83,8 +83,8 @@ use share::Share;
 use task::Task;
 use turns::RoundRobin;
 
-/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame; and
-/// the end of a search begun before that.
+/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame;
+/// and the end of a search begun before that.
 const REVISIT: u32 = 13;
 const LATEST: u32 = 15;
 const PARTS: u32 = 16;
@@ -200,10 +200,10 @@ impl Schedule {
         })
     }
 
-    /// Tests the latest witnesses of pairs that met. If work is not limited, then searches the pairs
-    /// that these tests leave open; in a tight frame, all other known pairs too. Under a budget of
-    /// time, returns when this step ended and the time left after it, less what is reserved for the
-    /// end of the list and of the frame.
+    /// Tests the latest witnesses of pairs that met. If work is not limited, then searches the
+    /// pairs that these tests leave open; in a tight frame, all other known pairs too. Under a
+    /// budget of time, returns when this step ended and the time left after it, less what is
+    /// reserved for the end of the list and of the frame.
     pub fn revisit(
         &mut self,
         frame: &Frame,
@@ -380,8 +380,8 @@ impl Schedule {
         }
     }
 
-    /// Reports the distances of groups, with what the tasks have found if there is time to read it.
-    /// Returns the time that it took.
+    /// Reports the distances of groups, with the findings of the tasks if there is time to read
+    /// them. Returns the time that it took.
     fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
         if frame.bodies.distance_requests.groups.is_empty() {
             return Duration::ZERO;
@@ -624,8 +624,8 @@ impl Schedule {
         events.reserve(pairs.room(), report);
     }
 
-    /// Finds the tasks with a stopped run. The run of the task whose turn it is moves to the batch of
-    /// the round robin.
+    /// Finds the tasks with a stopped run. The run of the task whose turn it is moves to the batch
+    /// of the round robin.
     fn find_homes(&mut self) {
         let first = self
             .tasks

@@ -5,9 +5,9 @@ use core::time::Duration;
 use punctual::engine::TYPICAL_UNIT;
 use punctual_geom::nanoseconds;
 
-// What is small beside the queries is not measured on each machine: nanoseconds per unit of work of
-// the list, per task assigned to a batch, per task collected, and per task whose findings about groups
-// are read.
+// Times that are small beside the queries are not measured on each machine: nanoseconds per unit of
+// work of the list, per task assigned to a batch, per task collected, and per task whose findings
+// about groups are read.
 const LISTING: u64 = 1;
 const ASSIGNING: u64 = 50;
 const COLLECTING: u64 = 25;
@@ -52,7 +52,7 @@ pub(crate) fn collecting(tasks: usize) -> Duration {
     Duration::from_nanos(COLLECTING * (tasks + NEVER_NONE) as u64)
 }
 
-/// Time to read what this many tasks have found about groups.
+/// Time to read the findings of this many tasks about groups.
 pub(crate) fn reading(tasks: usize) -> Duration {
     Duration::from_nanos(READING * tasks as u64)
 }

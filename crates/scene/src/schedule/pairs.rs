@@ -56,8 +56,8 @@ pub(crate) struct Pairs {
     room: [Room; 2],
     /// Maximum number of pairs.
     pub most: usize,
-    /// Shares of the tests in which the witnesses of all pairs still met, and in which the neighbors
-    /// of lost ones did; exponentially weighted means.
+    /// Shares of the tests in which the witnesses of all pairs still met, and in which the
+    /// neighbors of lost ones did; exponentially weighted means.
     pub holds: f32,
     pub nearby: f32,
 }

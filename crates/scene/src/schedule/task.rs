@@ -1,4 +1,4 @@
-//! A pair in a frame: what it is expected to take, and its result.
+//! A pair's work in this frame: its forecast, rank and question.
 
 use super::forecast::Forecast;
 use super::known::Known;

@@ -23,8 +23,8 @@ pub(crate) struct RoundRobin {
 
 impl RoundRobin {
     /// Records a pair that is listed. If its turn ended without an answer and a body moved, its run
-    /// would begin anew, so the turn goes to the next pair, or, if the pair has `both` a distance
-    /// and a motion, from the former to the latter.
+    /// would begin anew. Then the turn goes from its distance to its motion, if it has `both`, and
+    /// else to the next pair.
     #[inline]
     pub fn list(
         &mut self,
@@ -53,6 +53,7 @@ impl RoundRobin {
 
     /// Records that the list ends before the pair `end`. `cut`: the list is incomplete.
     pub fn end_list(&mut self, end: PairKey, cut: bool) {
+        // A list that follows one cut short begins with the cursor.
         self.holds_cursor = self.cut || !cut;
         (self.cut, self.end) = (cut, end);
     }

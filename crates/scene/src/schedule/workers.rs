@@ -81,7 +81,7 @@ impl Shared {
     }
 }
 
-/// What `find` returns first, within [`LOOKOUT`].
+/// The first result of `find` within [`LOOKOUT`].
 fn poll<R>(find: impl Fn() -> Option<R>) -> Option<R> {
     let began = Instant::now();
     while began.elapsed() < LOOKOUT {
@@ -139,7 +139,7 @@ impl Workers {
             let thread = thread.spawn(move || shared.work(&scratch))?;
             workers.threads.push(thread);
         }
-        // What the system allocates as threads start must not fall into a frame.
+        // The allocations of starting threads must not fall into a frame.
         while workers.shared.begun.load(Ordering::Acquire) < threads {
             thread::yield_now();
         }

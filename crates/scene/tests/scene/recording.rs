@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 
 use punctual::glam::DVec3;
 use punctual::prediction::Calibration;
-use punctual::{Budget, Pose, Tree, shapes};
-use punctual_scene::{Body, Replay, Scene};
+use punctual::{Budget, Pose, Tree};
+use punctual_scene::{Replay, Scene};
 
 use crate::common::random::Random;
 use crate::lock_step::said;

@@ -1,15 +1,15 @@
 //! Reduces pairs of triangles that are apart, as a query lists them: one pass, no list.
 //!
 //! Points with normals within 47 degrees share a cone. Of a cone only the nearest point is kept,
-//! and the farthest along eight directions across its axis. Where the normal of a pair is that of
-//! one of its faces, the other triangle is cut to the prism over that face ([`clip`]), so the
-//! corners of the common area are points too, although the query finds one point of each pair.
+//! and the farthest along eight directions across its axis. The query finds one point of each pair.
+//! If the normal of a pair is that of one of its faces, the other triangle is also cut to the prism
+//! over that face ([`clip`]), and the corners of the common area are points too.
 //!
 //! The closest points of two triangles need not be closest points of the surfaces near them: two
-//! triangles of a flat floor are both close to a corner above, one of them aslant. Such pairs are
-//! dropped: those whose distance falls on the way into a neighbor ([`is_least`]). The pair with
-//! that neighbor is closer, so it is listed too, and the way ends at a pair that stays. Where
-//! surfaces are oriented, pairs on the inner side of one are dropped too.
+//! triangles of a flat floor are both close to a corner above, one of them aslant. A pair is
+//! dropped if its distance falls on the way into a neighbor ([`falls_beside`]). The pair with that
+//! neighbor is closer, so it is listed too, and the way ends at a pair that stays. Where surfaces
+//! are oriented, pairs on the inner side of one are dropped too.
 
 use super::{Manifold, ManifoldPoint, Octagon};
 use crate::engine::memory::identity::Before;
@@ -222,7 +222,7 @@ impl Skin {
     #[inline]
     pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3, nearest: f64) -> bool {
         let is_within = |cone: &Cone| {
-            // If a normal leans by 47 degrees, its two points are this far apart across the axis.
+            // If a normal leans by 47 degrees, its two points are `shift` apart across the axis.
             let (bonus, shift) = (-self.lean * low, ACROSS_CONE * low);
             self.lean > ACROSS_CONE
                 && low >= NEAR * cone.nearest.distance

@@ -54,8 +54,8 @@ const LEAST_INWARD: f64 = 4.0;
 /// Least squared sine of the angle between faces for which an area is corrected by the inset.
 const LEAST_SQUARE: f64 = 0.1;
 
-/// Cosine of the angle between faces that count as having one direction, and the least part of the
-/// curves that must run on these for a normal to become theirs.
+/// Cosine of the angle up to which faces count as having one direction. The normal becomes that of
+/// these faces if at least `FLAT_SHARE` of the curves runs on them.
 const ONE_DIRECTION: f64 = 1.0 - 1e-6;
 const FLAT_SHARE: f64 = 0.4;
 
@@ -66,8 +66,8 @@ pub(super) struct Spot {
     pub of: u32,
 }
 
-/// The directions of the faces along which the most of the curves runs, with their lengths: by the
-/// algorithm of Misra and Gries, too low by at most a quarter of the sum of all.
+/// The face directions along which the most of the curves runs, each with a length of curve (Misra
+/// and Gries). A length is too low by at most a quarter of the sum of all.
 #[derive(Clone, Copy, Debug, Default)]
 struct Directions([(DVec3, f64); 3]);
 
@@ -370,8 +370,8 @@ impl Drawn<'_, '_> {
 }
 
 impl Overlaps {
-    /// Casts the next ray for the depths of a group, or takes what the rays have found. Returns
-    /// true if the group is done.
+    /// Casts the next ray for the depths of a group, or collects the hits of its rays. Returns true
+    /// if the group is done.
     pub(super) fn probe(
         &mut self,
         shape: Shape,

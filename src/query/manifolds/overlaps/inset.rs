@@ -16,7 +16,7 @@ use arrayvec::ArrayVec;
 use glam::{DMat3, DVec3};
 use punctual_geom::{Pose, largest};
 
-/// By what a face moves, relative to the largest coordinate: 2^-42, a thousand roundings.
+/// Distance by which a face moves, relative to the largest coordinate: 2^-42, a thousand roundings.
 const STEP: f64 = 2.273_736_754_432_320_6e-13;
 
 /// A vertex moves by less than this many steps.
@@ -35,7 +35,7 @@ const LONGEST: f64 = 4.5;
 /// B drawn in.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Inset {
-    /// By what a face moves.
+    /// Distance by which a face moves.
     pub step: f64,
     /// The index of a vertex of B in `offsets`.
     known: Marks,
@@ -119,7 +119,7 @@ impl Inset {
     }
 }
 
-/// By what the faces of B move.
+/// Distance by which the faces of B move.
 fn step(shape: Shape) -> f64 {
     if shape.trees.iter().any(|tree| tree.nodes().is_empty()) {
         return 0.0;

@@ -26,7 +26,7 @@ impl Heading {
     }
 }
 
-/// What a triangle is to a ray.
+/// How a ray crosses a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crossing {
     Missed,
@@ -100,6 +100,6 @@ fn holds(signs: &Signs, q: DVec3, &[a, b, c]: &[DVec3; 3]) -> bool {
         }
         is_on_line &= turns == [0; 3];
     }
-    // On one line with all corners, or on an edge of a face seen along every axis: between them.
+    // A point that is on one line with all corners must be between them.
     !is_on_line || q.cmpge(a.min(b).min(c)).all() && q.cmple(a.max(b).max(c)).all()
 }

@@ -1,10 +1,10 @@
 //! A ball whose middle moves along a ray: when it first touches a triangle. This is where the ray
 //! enters the triangle thickened by the radius of the ball.
 //!
-//! The distance of a triangle from a point on a line is a convex function of its parameter. At each
+//! The distance of a triangle from a point on a line is a convex function of the parameter. At each
 //! step a direction proves a lower bound of it that is linear in the parameter
-//! ([`Closest::direction`]), so the ball cannot touch before that bound reaches the radius: the
-//! next parameter (Newton's method from the left). If the bound does not fall, nothing follows.
+//! ([`Closest::direction`]). The ball cannot touch before that bound reaches the radius; there is
+//! the next parameter (Newton's method from the left). If the bound does not fall, the ball misses.
 //!
 //! [`Closest::direction`]: super::super::distance::Closest::direction
 
@@ -26,7 +26,7 @@ pub struct MovingBall {
     radius: f64,
 }
 
-/// What a step has shown.
+/// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BallStep {
     /// The ball touches first at this parameter of the ray.

@@ -37,8 +37,8 @@ const PER_REST: usize = 16;
 const LEAST_NEARBY: f32 = 0.15;
 const PER_NEARBY: u64 = 32;
 
-/// True if the witness of a pair that met is to be tested. One that rarely holds is tested sometimes,
-/// because that may change.
+/// True if the witness of a pair that met is to be tested. One that rarely holds is tested
+/// sometimes, because that may change.
 fn is_worth_a_test(known: &Known, frame: &Frame) -> bool {
     !known.is_lost()
         && (!known.is_fickle() || (frame.number ^ known.key).is_multiple_of(PER_NEARBY))
@@ -51,19 +51,19 @@ pub(crate) struct Decision {
     pub verdict: Verdict,
 }
 
-/// What the searches of a frame need.
+/// The inputs of the searches of a frame.
 pub(crate) struct Search<'s, 'c> {
     pub frame: &'s Frame<'c>,
     pub broad: &'s Broad,
     pub pairs: &'s mut Pairs,
-    /// The batches that receive searches, the number of those assigned to them, and of those that make a
-    /// part for one batch; 0 if the batches are run together.
+    /// The batches that receive searches, the number of those assigned to them, and of those that
+    /// make a part for one batch; 0 if the batches are run together.
     pub batches: &'s mut [Batch],
     pub assigned: usize,
     pub part: usize,
     pub scratch: &'s mut Box<Workspace>,
-    /// The time until which searches begin, and that at which the last must end: what is cut short
-    /// is lost.
+    /// The time until which searches begin, and the time at which the last must end: a search cut
+    /// short is lost.
     pub end: Option<Duration>,
     pub latest_end: Option<Duration>,
     /// The latter, for searches on this thread: a deadline in use knows the pace of the work.
@@ -102,7 +102,8 @@ pub(crate) struct Revisit {
     credit: f64,
     /// The gain of the pair at which the last frame ended its searches.
     cutoff: f32,
-    /// The pairs that met and that the tests leave open, by place; then the ranks of those searched.
+    /// The pairs that met and that the tests leave open, by place; then the ranks of those
+    /// searched.
     ranks: Vec<u64>,
 }
 
@@ -132,8 +133,8 @@ impl Revisit {
     }
 
     /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If
-    /// the last frame was cut, pairs that rest are also found, so that they are listed. `tests`: their
-    /// number in the last frame.
+    /// the last frame was cut, pairs that rest are also found, so that they are listed. `tests`:
+    /// their number in the last frame.
     pub fn test(
         &mut self,
         frame: &Frame,
@@ -297,7 +298,8 @@ impl Revisit {
     }
 }
 
-/// True if the only question of a pair is whether these two bodies, thickened by their margins, meet.
+/// True if the only question of a pair is whether these two bodies, thickened by their margins,
+/// meet.
 #[inline(always)]
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));

@@ -1,5 +1,5 @@
-//! Searches before the broad phase: known pairs that the tests of their witnesses leave open. A pair
-//! is *hot* if it met, or if its rank is not far below that at which the last frame ended its
+//! Searches before the broad phase: known pairs that the tests of their witnesses leave open. A
+//! pair is *hot* if it met, or if its rank is not far below that at which the last frame ended its
 //! searches.
 //!
 //! First the pairs whose turn it is, in a share of the frame. If a long search exceeds this share,
@@ -63,7 +63,7 @@ impl Revisit {
         let began = frame.clock.now();
         let end = began.saturating_add(Duration::from_nanos(self.credit as u64));
         let mut deadline = Deadline::of_a_part(Some(end), u64::MAX, frame.clock);
-        // What the last frame decided, this one most likely does too.
+        // Pairs that the last frame decided are most likely decided by this one, too.
         let has_waited = |known: &Known| known.since(frame.number) + 1 < frame.number;
         self.search_in_turn(Walk::Turns, search, &mut deadline, has_waited);
         self.credit -= nanoseconds(frame.clock.now().saturating_sub(began));
@@ -128,7 +128,7 @@ impl Revisit {
                 self.ask(rank as u32 as usize, search, &mut deadline);
             }
             self.ranks = ranks;
-            // What is assigned is not decided yet, and would be assigned again.
+            // Assigned pairs are not decided yet, and would be assigned again.
             self.run_searches(search);
             if !self.has_room(search, &mut deadline) {
                 return;
@@ -177,7 +177,7 @@ impl Revisit {
         let (frame, known) = (search.frame, search.pairs.at(place));
         let (key, was_hot) = (known.key, known.is_hot());
         let is_sought = is_sought(place, search);
-        // What is proven apart for now may soon meet.
+        // A pair proven apart for now may soon meet.
         let mut is_hot = frame.bodies.is_important(key)
             || was_hot && !is_sought && frame.bodies.overlap(bodies_of(key));
         self.is_full |= is_sought && ranks.len() == ranks.capacity();
@@ -294,8 +294,8 @@ impl Revisit {
 /// The bits of a gain that count in a rank.
 const GAIN_BITS: u64 = 0xffc0;
 
-/// True if a pair should be searched before it is listed: its boxes overlap, and it is neither
-/// decided nor has its bodies at rest a stopped run, which is resumed later.
+/// True if a pair should be searched before it is listed: its boxes overlap, and it is not decided.
+/// A stopped run of resting bodies is not searched, but resumed later.
 #[inline(always)]
 fn is_sought(place: usize, search: &mut Search) -> bool {
     let (frame, known) = (search.frame, search.pairs.at(place));
