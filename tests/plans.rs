@@ -199,7 +199,7 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
 }
 
 #[test]
-fn a_resumed_march_ends_in_the_same_bits_as_one_that_never_stopped() {
+fn a_resumed_trace_ends_in_the_same_bits_as_one_that_never_stopped() {
     for case in cases() {
         for query in ORDERS.map(|order| case.query().order(order)) {
             let (mut whole, mut pieces) = (Workspace::new(), Workspace::new());
@@ -219,7 +219,7 @@ fn a_resumed_march_ends_in_the_same_bits_as_one_that_never_stopped() {
 }
 
 #[test]
-fn both_kernels_march_to_the_same_bits() {
+fn both_kernels_trace_the_same_bits() {
     for case in cases() {
         let (mut fast, mut portable) = (Workspace::new(), Workspace::new());
         portable.use_portable_kernels();
@@ -235,7 +235,7 @@ fn both_kernels_march_to_the_same_bits() {
 }
 
 #[test]
-fn full_buffers_lose_nothing_while_marching() {
+fn full_buffers_lose_nothing_while_tracing() {
     for case in cases() {
         let truth = case.truth();
         for found in [1, 7, 64] {
@@ -358,7 +358,7 @@ fn runs_that_are_cut_know_how_much_they_have_found() {
 }
 
 #[test]
-fn a_refit_mesh_and_one_read_from_a_file_march_as_well() {
+fn a_refit_mesh_and_one_read_from_a_file_are_traced_as_well() {
     let case = &mut cases()[0];
     case.a = Tree::from_bytes(&case.a.to_bytes()).unwrap();
     assert_eq!(case.a.stats().bytes_neighbors, 12 * case.a.mesh().len());

@@ -193,7 +193,6 @@ impl serde::Serialize for Certificate<'_> {
     }
 }
 
-/// An open pair.
 enum Open {
     Nodes(Pair),
     /// Ids of the input meshes.

@@ -363,7 +363,7 @@ impl<M: Measure> Kernel for EightByEight<'_, M> {
             keys,
             ..
         } = self;
-        let [mut alive_x, mut alive_y] = self.active;
+        let [mut active_x, mut active_y] = self.active;
         let (x, y) = (
             measure.children(lanes, facing, 0),
             measure.children(lanes, facing, 1),
@@ -373,25 +373,25 @@ impl<M: Measure> Kernel for EightByEight<'_, M> {
             measure.own_box(lanes, facing, 1),
         );
         let in_x = measure.compare(lanes, &y.seen, &own_x.own);
-        alive_y &= measure.hits(lanes, measure.key(lanes, in_x, in_x, y.ahead + own_x.ahead));
+        active_y &= measure.hits(lanes, measure.key(lanes, in_x, in_x, y.ahead + own_x.ahead));
         // Without whole registers, an unpredictable branch costs more than it saves.
-        if (M::IS_LARGE || !L::IS_WHOLE) && alive_y == 0 {
+        if (M::IS_LARGE || !L::IS_WHOLE) && active_y == 0 {
             return 0;
         }
         let in_y = measure.compare(lanes, &own_y.own, &x.seen);
-        alive_x &= measure.hits(lanes, measure.key(lanes, in_y, in_y, own_y.ahead + x.ahead));
+        active_x &= measure.hits(lanes, measure.key(lanes, in_y, in_y, own_y.ahead + x.ahead));
         let (x, y) = (StoredExtents::of(&x), StoredExtents::of(&y));
         let mut pairs = 0;
         per_part!(lanes: L, part => {
-            let alive_y = alive_y & all(part);
-            let mut alive_x = if L::IS_WHOLE || alive_y != 0 { alive_x } else { 0 };
+            let active_y = active_y & all(part);
+            let mut active_x = if L::IS_WHOLE || active_y != 0 { active_x } else { 0 };
             let y = y.load(part);
-            while alive_x != 0 {
-                let i = alive_x.trailing_zeros() as usize % WIDTH;
-                alive_x &= alive_x - 1;
+            while active_x != 0 {
+                let i = active_x.trailing_zeros() as usize % WIDTH;
+                active_x &= active_x - 1;
                 let near = key(part, measure, &x.at(part, i), &y);
                 near.put(&mut keys[i]);
-                pairs |= u64::from(measure.hits(part, near) & alive_y) << (WIDTH * i);
+                pairs |= u64::from(measure.hits(part, near) & active_y) << (WIDTH * i);
             }
         });
         pairs

@@ -31,7 +31,6 @@ struct Seed {
     depth: u8,
 }
 
-/// An inner node.
 pub(super) struct Inner {
     pub node: u32,
     /// Number of nodes below it.

@@ -114,7 +114,6 @@ impl Extremes {
     }
 }
 
-/// The cell of a direction.
 #[inline(always)]
 fn cell(direction: [f32; 3]) -> usize {
     let [x, y, z] = direction.map(f32::abs);

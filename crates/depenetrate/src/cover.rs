@@ -142,7 +142,6 @@ impl Rays {
         (radius > known).then_some(Advance { radius, ..advance })
     }
 
-    /// True if the set proves the advance.
     pub fn proves(&self, advance: &Advance, set: &dyn Convex) -> bool {
         let mut ends = self.along.iter().zip(&advance.reach);
         self.along.iter().all(|&ray| set.holds(ray * self.inner))

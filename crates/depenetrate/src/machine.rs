@@ -101,7 +101,7 @@ pub(super) struct State {
     /// Number of times that new sets were asked for, that they helped, and that asking was skipped
     /// since.
     pub trials: [u32; 3],
-    /// No translation that is shorter separates.
+    /// Lower bound of the depth: no shorter translation separates.
     pub low: f64,
     pub high: f64,
     pub direction: DVec3,

@@ -262,7 +262,6 @@ impl Sets {
         (self.next_pair, self.next_point, self.next_ball) = (0, 0, 0);
     }
 
-    /// Number of known sets.
     pub fn len(&self) -> usize {
         self.pairs.len() + self.balls.len()
     }

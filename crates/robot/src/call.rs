@@ -100,7 +100,6 @@ impl<'c> Call<'c, '_> {
         Ok(())
     }
 
-    /// True if a pair counts.
     pub fn counts(&self, pair: u32) -> bool {
         let is_timed = self.world.pairs[pair as usize].is_timed;
         match self.pairs {
@@ -199,7 +198,7 @@ impl<'c> Call<'c, '_> {
         self.run(&ask(query), Some(pair))
     }
 
-    /// [`holds_part`], which counts as work.
+    /// [`holds_part`]; its tests count as work.
     pub fn holds_part(&mut self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> bool {
         let mut tests = 0;
         let holds = holds_part(a, b, b_in_a, &mut tests);
@@ -226,7 +225,7 @@ impl<'c> Call<'c, '_> {
             return Ok(false);
         };
         let [from, to] = [start, &end].map(|pose| pose.transform_point3(b.centre));
-        // The acceleration of a point that turns, over eight, as for the bend.
+        // An eighth of the acceleration of a turning point, as in `Placement::bend`.
         let bend = bend + screw.turn().length_squared() * b.radius / 8.0 + slack;
         let Ok(motion) = Motion::turning(to_pose(start), to - from, screw.turn(), from) else {
             return Ok(false);

@@ -242,15 +242,14 @@ impl Call<'_, '_> {
     }
 }
 
-/// The distance of one pair above its margin, and its closest points in the world, the lower id
-/// first; the origin if one shape holds the other.
+/// The distance of one pair above its margin, and its closest points in the world: that of the
+/// lower id first. Both are the origin if one shape holds the other.
 pub(crate) struct Measured {
     pub low: f64,
     pub high: f64,
     pub points: [DVec3; 2],
 }
 
-/// True if a pair is in the scope.
 pub(crate) fn counts(world: &World, number: u32, scope: Scope) -> bool {
     let a = world.pairs[number as usize].a as usize;
     let with_obstacle = world.shapes[a].body == 0 && a >= world.model.shapes.len();

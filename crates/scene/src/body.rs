@@ -165,7 +165,6 @@ pub(super) struct Placed {
     pub motion: Option<Box<Motion>>,
     /// The number of the compound that it is a part of.
     pub compound: Option<u64>,
-    /// The number of its group.
     pub group: Option<u32>,
 }
 

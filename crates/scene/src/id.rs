@@ -12,7 +12,6 @@ use core::sync::atomic::{AtomicU32, Ordering};
 pub(super) struct SceneNumber(u32);
 
 impl SceneNumber {
-    /// The number of a new scene.
     pub fn new() -> Self {
         static LAST: AtomicU32 = AtomicU32::new(0);
         // 0 means no scene, also after 2^32 scenes.

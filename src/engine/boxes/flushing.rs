@@ -30,7 +30,6 @@ pub(crate) fn matters_to_rays(tree: &Tree, rays: &[Ray]) -> bool {
     }
 }
 
-/// [`matters`] for points.
 #[inline(always)]
 pub(crate) fn matters_to_points(tree: &Tree, points: &[[f64; 3]]) -> bool {
     denormals::are_flushed()

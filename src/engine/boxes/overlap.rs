@@ -68,27 +68,27 @@ impl Measure for Overlap {
         &self,
         lanes: L,
         facing: &Facing,
-        [mut alive_a, alive_b]: [u32; 2],
+        [mut active_a, active_b]: [u32; 2],
         keys: &mut Keys,
     ) -> u64 {
         let (mut a, mut b) = ([Stored::default(); 2], [Stored::default(); 2]);
-        alive_a &= !stored::<_, true>(lanes, facing, 0, &mut a);
+        active_a &= !stored::<_, true>(lanes, facing, 0, &mut a);
         // Without whole registers, an unpredictable branch costs more than it saves.
-        if !L::IS_WHOLE && alive_a == 0 {
+        if !L::IS_WHOLE && active_a == 0 {
             return 0;
         }
-        let alive_b = alive_b & !stored::<_, false>(lanes, facing, 1, &mut b);
+        let active_b = active_b & !stored::<_, false>(lanes, facing, 1, &mut b);
         let mut pairs = 0;
         per_part!(lanes: L, part => {
-            let alive_b = alive_b & all(part);
-            let mut alive_a = if L::IS_WHOLE || alive_b != 0 { alive_a } else { 0 };
+            let active_b = active_b & all(part);
+            let mut active_a = if L::IS_WHOLE || active_b != 0 { active_a } else { 0 };
             let (own, seen) = (b[0].load(part), b[1].load(part));
-            while alive_a != 0 {
-                let i = alive_a.trailing_zeros() as usize % WIDTH;
-                alive_a &= alive_a - 1;
+            while active_a != 0 {
+                let i = active_a.trailing_zeros() as usize % WIDTH;
+                active_a &= active_a - 1;
                 let depth = seen.depth(&a[0].at(part, i)).min(own.depth(&a[1].at(part, i)));
                 depth.put(&mut keys[i]);
-                pairs |= u64::from(!depth.mask() & alive_b) << (WIDTH * i);
+                pairs |= u64::from(!depth.mask() & active_b) << (WIDTH * i);
             }
         });
         pairs

@@ -175,7 +175,6 @@ impl Frontier {
         at
     }
 
-    /// Pushes the pair of each bit of `mask`.
     #[inline(always)]
     pub fn push_all(&mut self, mask: u64, pair: impl Fn(u32) -> Pair) {
         for bit in bits(mask) {
@@ -432,7 +431,6 @@ impl Frontier {
         self.arena.len() - self.queued as usize
     }
 
-    /// Number of pairs.
     #[inline(always)]
     pub fn len(&self) -> usize {
         self.paths.len() + self.height + self.ranked.len() + self.queued as usize

@@ -59,7 +59,6 @@ impl Place {
     }
 }
 
-/// The bit of the sign.
 const SIGN: u64 = 1 << 63;
 
 fn ordered(bits: u64) -> u64 {

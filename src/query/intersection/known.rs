@@ -12,7 +12,7 @@ use alloc::boxed::Box;
 pub(crate) const ROOM: usize = 1 << 12;
 const SLOTS: usize = 2 * ROOM;
 
-/// No index of an entry.
+/// Stands for no entry: one more than the last index.
 const FREE: usize = ROOM;
 
 /// A pair of leaves and the mask of their known triangle pairs: bit `8 i + j` for triangle `i` of
@@ -49,7 +49,6 @@ impl Known {
         }
     }
 
-    /// True if no pair is known.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()

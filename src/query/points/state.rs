@@ -38,7 +38,6 @@ pub(crate) struct PointState {
     pub phase: Phase,
     /// True if a point of several components was inside.
     pub is_within: bool,
-    /// The current point.
     pub point: DVec3,
     /// Number of points from the current one on.
     pub left: usize,

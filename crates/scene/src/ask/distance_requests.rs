@@ -159,7 +159,6 @@ impl DistanceRequests {
         Ok(bodies)
     }
 
-    /// Forgets the pairs of a body.
     pub fn forget(&mut self, body: u32) {
         let Self {
             pairs,

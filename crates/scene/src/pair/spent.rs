@@ -2,7 +2,6 @@
 
 use punctual::Workspace;
 
-/// Work and BV tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Spent {
     pub work: u64,

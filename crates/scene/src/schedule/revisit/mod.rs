@@ -233,7 +233,6 @@ impl Revisit {
         }
     }
 
-    /// Tests the witness of a pair of bodies with margins.
     #[cold]
     fn test_margins(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs) {
         let (key, latest) = (pairs.key(place), pairs.at(place).witness());

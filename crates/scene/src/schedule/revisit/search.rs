@@ -326,7 +326,6 @@ fn rank_of(place: usize, frame: &Frame, pairs: &Pairs) -> u64 {
     halves << 32 | place as u64
 }
 
-/// The gain in a rank.
 fn gain(rank: u64) -> f32 {
     f32::from_bits(!((rank >> 32) as u32) << 16)
 }
