@@ -66,7 +66,7 @@ fn a_default_calibration_changes_no_bit() {
 }
 
 #[test]
-fn what_was_told_as_certain_stays_so_and_teaches_nothing() {
+fn certain_predictions_stay_certain_and_teach_nothing() {
     let mut calibration = learned(&moments(100, [1.0, 2.0], &mut Random::new(2)));
     let before = calibration;
     let infinite = (f64::INFINITY, 1.0);
@@ -118,7 +118,7 @@ fn an_honest_teller_is_left_about_as_it_is() {
 }
 
 #[test]
-fn what_changed_is_followed() {
+fn a_calibration_follows_a_changed_teller() {
     let mut random = Random::new(5);
     let mut past = moments(5000, [1.5, 1.0], &mut random);
     past.extend(moments(1000, [-1.5, 1.0], &mut random));
@@ -225,7 +225,7 @@ fn stopped(a: &Tree, b: &Tree, touch: f64) -> Vec<(Vec<f64>, bool)> {
 
 /// Where the look at the front leaves nothing that may meet, the surfaces are apart, and that is told.
 #[test]
-fn what_an_estimate_proves_is_told_as_zero() {
+fn a_proof_of_separation_is_a_probability_of_zero() {
     let [ring, sphere] = [shapes::torus(1.0, 0.2, 64), shapes::icosphere(4)].map(Tree::new);
     let (mut none, mut some) = (0, 0);
     for (a, b, touch) in [
@@ -333,7 +333,7 @@ fn a_scene_learns_from_pairs_that_rest_until_they_are_decided() {
 }
 
 #[test]
-fn what_was_told_before_bodies_moved_teaches_a_scene_nothing() {
+fn predictions_of_bodies_that_moved_teach_a_scene_nothing() {
     let (mut scene, ids) = crowd();
     let told = play(&mut scene, &ids, 0..100, 1);
     let is_open = |pair: &PairReport| pair.verdict == Verdict::Undecided;

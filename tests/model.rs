@@ -97,7 +97,7 @@ fn boxes_that_do_not_meet_cost_one_test() {
 }
 
 #[test]
-fn what_is_decided_is_certain() {
+fn decided_queries_have_a_probability_of_zero_or_one() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
     for mode in [Mode::Any, Mode::All] {
@@ -114,7 +114,7 @@ fn what_is_decided_is_certain() {
 }
 
 #[test]
-fn what_is_undecided_is_not_certain_to_meet_and_not_free() {
+fn undecided_queries_have_a_probability_below_one_and_work_left() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
     let (mut undecided, mut told_apart) = (0, 0);
@@ -217,7 +217,7 @@ fn an_estimate_wants_the_run_it_is_of() {
 }
 
 #[test]
-fn what_is_left_shrinks_to_nothing() {
+fn the_work_left_shrinks_to_zero() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
     let query = Query::all_pairs(&a, &b, along_x(0.4));

@@ -392,7 +392,7 @@ fn balls_and_capsules_are_as_far_from_meshes_as_all_triangles_say() {
 }
 
 #[test]
-fn what_touches_exactly_meets_and_a_huge_radius_is_no_fault() {
+fn exact_touches_meet_and_huge_radii_are_accepted() {
     let mut workspace = Workspace::new();
     let mut meets = |a: &Tree, b: &Tree, pose: Pose| {
         let query = Query::intersection(a, b, pose);

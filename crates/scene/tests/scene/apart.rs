@@ -100,7 +100,7 @@ fn bodies_that_tremble_are_decided_as_if_asked_anew() {
 
 /// Two balls draw near in ever smaller steps: the frame in which they meet is the one in which a query says so.
 #[test]
-fn what_draws_near_slowly_is_seen_to_meet() {
+fn bodies_that_approach_slowly_are_seen_to_meet() {
     for (turn, extremes) in [
         (DMat3::IDENTITY, true),
         (DMat3::from_rotation_z(0.7) * (1.0 + 4e-5), false),
@@ -146,7 +146,7 @@ fn what_draws_near_slowly_is_seen_to_meet() {
 /// Balls tremble side by side, closer than the first proof asks for: they need a query in few frames all the same, and are never
 /// said to meet.
 #[test]
-fn what_trembles_close_by_needs_few_queries() {
+fn bodies_that_tremble_close_by_need_few_queries() {
     let ball = ball(3);
     for steps in [12.0, 24.0, 48.0] {
         let (step, mut scene) = (2e-4, Scene::new());
@@ -170,7 +170,7 @@ fn what_trembles_close_by_needs_few_queries() {
 /// A ball rolls over another, far in a frame and close to it: a plane parts them, for the work of some planes a frame, if both
 /// trees keep extremes and neither was refitted. Where the balls meet is told as ever.
 #[test]
-fn what_a_plane_parts_needs_no_search() {
+fn a_separating_plane_spares_the_search() {
     let mut refitted = Tree::clone(&knowing_ball(true));
     let vertices: Vec<_> = (0..refitted.mesh().vertex_count())
         .map(|i| refitted.mesh().vertex(i).as_vec3().to_array())
@@ -265,7 +265,7 @@ fn a_pair_that_was_known_to_be_apart_is_as_old_as_that() {
 }
 
 #[test]
-fn what_goes_on_meeting_and_comes_to_rest_is_told_with_triangles_that_meet_there() {
+fn bodies_that_come_to_rest_in_contact_have_triangles_that_meet_there() {
     let tree = ball(2);
     let mut scene = Scene::new();
     let mut insert = |pose| scene.insert(Body::moving(Arc::clone(&tree), pose)).unwrap();

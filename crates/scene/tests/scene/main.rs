@@ -418,7 +418,7 @@ fn no_pair_waits_longer_than_promised_and_no_budget_is_passed() {
 
 /// However little a frame has, what rests is decided in the end, whatever was known of it before.
 #[test]
-fn what_rests_is_decided_within_the_smallest_budgets() {
+fn bodies_at_rest_are_decided_within_the_smallest_budgets() {
     for budget in [700, 1_500, 4_000, 9_000] {
         let mut scene = Scene::new();
         let ids = row(&mut scene, 12);
@@ -431,7 +431,7 @@ fn what_rests_is_decided_within_the_smallest_budgets() {
 }
 
 #[test]
-fn what_rests_costs_nothing() {
+fn bodies_at_rest_cost_nothing() {
     let mut scene = Scene::new();
     let ids = row(&mut scene, 20);
     let first = whole_frame(&mut scene).clone();

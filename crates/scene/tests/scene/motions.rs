@@ -42,7 +42,7 @@ fn truth(
 }
 
 #[test]
-fn nothing_meets_before_it_is_said_to() {
+fn no_body_meets_another_before_the_time_told() {
     let mut random = Random::new(41);
     let trees: Vec<_> = trees()
         .into_iter()

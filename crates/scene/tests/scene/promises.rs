@@ -186,7 +186,7 @@ fn near_the_deadline_a_scene_asks_the_clock_after_a_few_exact_tests() {
 
 /// A ball on an arm of length 10 that turns about its joint passes a post between two frames.
 #[test]
-fn what_an_arm_passes_on_its_arc_is_reported() {
+fn a_body_on_the_arc_of_an_arm_is_reported() {
     let arm = ball(1);
     let post = Arc::new(Tree::new(shapes::cuboid(Vec3::new(0.05, 0.05, 2.0), 1)));
     let on_arm = |angle: f64| Pose::new(turned(angle), turned(angle) * DVec3::X * 10.0).unwrap();
@@ -216,7 +216,7 @@ fn what_an_arm_passes_on_its_arc_is_reported() {
 
 /// The squares of such a way overflow.
 #[test]
-fn what_is_gone_meets_nothing_however_far_another_body_goes() {
+fn a_removed_body_meets_no_body_that_sweeps_past() {
     let tree = ball(0);
     let mut scene = Scene::new();
     scene.set_reach(Reach::Swept);
@@ -364,7 +364,7 @@ fn every_call_refuses_a_body_that_is_not_there() {
 
 /// So far out that rounding is as large as the gap, nothing is proven of the start of a motion.
 #[test]
-fn what_rounding_hides_is_complete_and_as_likely_as_not() {
+fn pairs_within_rounding_are_complete_with_a_probability_of_one_half() {
     let ball = ball(1);
     let mut scene = Scene::new();
     let [a, b] = [0.0, 2.001].map(|x| moving(&mut scene, &ball, at(1e12 + x, 0.0, 0.0)));
@@ -576,7 +576,7 @@ fn heap(question: &str) -> Scene {
 /// A frame goes on with the list and the runs of the last one. So all is known after as many frames as the work
 /// takes, however little a frame does; then a frame does nothing.
 #[test]
-fn what_rests_is_known_after_its_work_and_then_costs_nothing_under_any_budget() {
+fn bodies_at_rest_are_known_after_their_work_and_then_cost_nothing() {
     for (question, least) in [
         ("whether", 1_000),
         ("margins", 2_000),

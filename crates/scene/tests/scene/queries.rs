@@ -345,7 +345,7 @@ fn a_budget_of_nothing_proves_nothing_and_claims_nothing() {
 }
 
 #[test]
-fn what_is_inside_a_solid_meets_it_and_of_two_surfaces_it_does_not() {
+fn a_body_inside_a_solid_meets_it_but_not_its_surface() {
     let (mut scene, small) = (Scene::new(), ball());
     let big = shapes::cuboid([4.0, 4.0, 4.0], 2);
     let solid = BuildOptions::default().solid(Solid::Keep);

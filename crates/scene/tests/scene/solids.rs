@@ -25,7 +25,7 @@ fn count(reports: &[Vec<ContactPhase>], phase: ContactPhase) -> usize {
 
 /// Whatever the budget: what crosses a sensor enters once and leaves once, also what is born inside.
 #[test]
-fn what_crosses_a_sensor_enters_once_and_leaves_once() {
+fn a_body_that_crosses_a_sensor_enters_once_and_leaves_once() {
     let [room, ball] = room_and_ball();
     for (start, budget) in [
         (-8.0, Budget::unlimited()),
