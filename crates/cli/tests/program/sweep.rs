@@ -38,8 +38,9 @@ fn work(summary: &str) -> &str {
 #[test]
 fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
     let folder = Folder::new();
-    let first = folder.ok("sweep --builtin --quick --out one");
-    first.prints("wrong: 0\n");
+    let first = folder.run("sweep --builtin --quick --out one");
+    assert_eq!((first.status, first.err.as_str()), (0, ""));
+    assert!(first.out.contains("wrong: 0\n"), "{}", first.out);
     for file in FILES {
         assert!(
             folder
@@ -85,7 +86,11 @@ fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
         one.replace("\"wrong\": 0.0", "\"wrong\": 3.0"),
     );
     let changed = folder.run("compare one/summary.json other.json");
-    changed.prints("wrong,work,0.0000,3.0000,+3.0000");
+    assert!(
+        changed.out.contains("wrong,work,0.0000,3.0000,+3.0000"),
+        "{}",
+        changed.out
+    );
 }
 
 fn figure(summary: &str, name: &str) -> f64 {
@@ -169,8 +174,11 @@ fn a_broken_guarantee_is_told() {
     );
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
-    answer.tells("case pose 4");
-    answer.tells("at most 0 pairs");
+    assert!(
+        answer.err.contains("case pose 4") && answer.err.contains("at most 0 pairs"),
+        "{}",
+        answer.err
+    );
     let page = folder.read("report/index.html");
     // Wrong answers and false bounds.
     assert_eq!(page.matches("verdict no").count(), 2 * 2);
@@ -191,11 +199,16 @@ fn a_truth_that_differs_is_noticed() {
     folder.write("case/truth.csv", "pose,hit,pairs\n0,1,1\n1,0,0\n");
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
-    answer.tells("case pose 0");
-    answer.tells("truth.csv has 1");
+    assert!(
+        answer.err.contains("case pose 0") && answer.err.contains("truth.csv has 1"),
+        "{}",
+        answer.err
+    );
     // The cached truth is used, and a false one is noticed.
     folder.write("case/truth.csv", "pose,hit,pairs\n");
-    folder.refused("sweep case --quick --out report", &["truth.csv"]);
+    folder
+        .run("sweep case --quick --out report")
+        .assert_refused(&["truth.csv"]);
     std::fs::remove_file(case.join("truth.csv")).unwrap();
     let cached = folder.read("report/truth/case.csv");
     let lines: Vec<&str> = cached.lines().collect();
@@ -205,7 +218,7 @@ fn a_truth_that_differs_is_noticed() {
     );
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
-    answer.tells("wrong");
+    assert!(answer.err.contains("wrong"), "{}", answer.err);
 }
 
 /// Two cubes of edge 2, one apart along x, and in contact.
@@ -229,7 +242,8 @@ fn cubes() -> Folder {
 #[test]
 fn distances_are_compared_with_the_truth() {
     let folder = cubes();
-    folder.ok("sweep case --quick --distance-only --out report");
+    let answer = folder.run("sweep case --quick --distance-only --out report");
+    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
     let summary = folder.read("report/summary.json");
     for goal in [
         "upper bound within 10 % of the distance",
@@ -253,15 +267,17 @@ fn distances_are_compared_with_the_truth() {
         );
         let answer = folder.run("sweep case --quick --distance-only --out report");
         assert_eq!(answer.status, 1);
-        answer.tells("case pose ");
-        answer.tells("apart");
+        assert!(
+            answer.err.contains("case pose ") && answer.err.contains("apart"),
+            "{}",
+            answer.err
+        );
         assert!(folder.read("report/index.html").contains("verdict no"));
     }
     folder.write("case/truth_distance.csv", "pose,distance\n0,far\n1,0\n");
-    folder.refused(
-        "sweep case --quick --out report",
-        &["truth_distance.csv:2", "distance"],
-    );
+    folder
+        .run("sweep case --quick --out report")
+        .assert_refused(&["truth_distance.csv:2", "distance"]);
 }
 
 #[test]
@@ -283,12 +299,11 @@ fn times_of_other_libraries_are_shown_beside_ours() {
         "case,theirs,0,1,nan",
     ] {
         folder.write("times.csv", format!("case,peer,pose,distance,ns\n{bad}\n"));
-        folder.refused(sweep, &["times.csv:2"]);
+        folder.run(sweep).assert_refused(&["times.csv:2"]);
     }
-    folder.refused(
-        "sweep case --out report --peer-times none.csv",
-        &["none.csv"],
-    );
+    folder
+        .run("sweep case --out report --peer-times none.csv")
+        .assert_refused(&["none.csv"]);
 }
 
 /// A report without poses in contact, or without poses apart, or of one pose, has no figure that is not a number.
@@ -300,7 +315,8 @@ fn unmeasured_figures_are_explained_in_words() {
     for (poses, said) in [(apart, "meet at no pose"), (touching, "meet at every pose")] {
         folder.write("case/poses.txt", poses);
         let _ = std::fs::remove_dir_all(folder.path().join("report"));
-        let answer = folder.ok("sweep case --quick --out report");
+        let answer = folder.run("sweep case --quick --out report");
+        assert_eq!((answer.status, answer.err.as_str()), (0, ""));
         assert!(
             answer.out.contains(said) && !answer.out.contains("NaN"),
             "{}",
@@ -333,8 +349,13 @@ fn the_first_contact_is_told_as_a_share_of_depth_first() {
 fn orders_and_budgets_can_be_chosen() {
     let folder = cubes();
     let choice = "--orders low-alpha --work-percent 40,10,40 --time-us 7";
-    let answer = folder.ok(&format!("sweep case --quick --out report {choice}"));
-    answer.prints("detected with 10 % of the work");
+    let answer = folder.run(&format!("sweep case --quick --out report {choice}"));
+    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    assert!(
+        answer.out.contains("detected with 10 % of the work"),
+        "{}",
+        answer.out
+    );
     let table = folder.read("report/sweep.csv");
     let column = |i: usize| {
         table
@@ -361,7 +382,9 @@ fn orders_and_budgets_can_be_chosen() {
         "--time-us 0",
     ] {
         let option = bad.split_once(' ').unwrap().0;
-        folder.refused(&format!("sweep case --quick --out report {bad}"), &[option]);
+        folder
+            .run(&format!("sweep case --quick --out report {bad}"))
+            .assert_refused(&[option]);
     }
 }
 
@@ -371,7 +394,8 @@ fn two_meshes_are_a_case() {
     let folder = Folder::new();
     folder.write("knot.obj", write::obj(&torus_knot(2, 3, 0.2, 24)));
     folder.write("cube.obj", write::obj(&cuboid([0.5, 0.4, 0.3], 3)));
-    folder.ok("sweep knot.obj cube.obj --quick --out one");
+    let answer = folder.run("sweep knot.obj cube.obj --quick --out one");
+    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
     let page = folder.read("one/index.html");
     assert!(page.contains("1 case of two meshes, 32 poses,"), "{page}");
     assert!(page.contains("The poses of two mesh files were made:"));
@@ -421,8 +445,14 @@ fn two_meshes_are_a_case() {
 #[test]
 fn bad_cases_are_refused() {
     let folder = Folder::new();
-    folder.refused("sweep nowhere --out report", &["nowhere"]);
-    folder.refused("sweep --out report", &["CASE_DIR"]);
+    folder
+        .run("sweep nowhere --out report")
+        .assert_refused(&["nowhere"]);
+    folder
+        .run("sweep --out report")
+        .assert_refused(&["CASE_DIR"]);
     folder.write("bad.json", "{}");
-    folder.refused("compare bad.json bad.json", &["bad.json", "work"]);
+    folder
+        .run("compare bad.json bad.json")
+        .assert_refused(&["bad.json", "work"]);
 }

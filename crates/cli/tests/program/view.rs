@@ -430,7 +430,9 @@ fn pages_keep_their_limits_of_size() {
 fn views_that_cannot_be_made_are_refused() {
     let (folder, _) = spheres();
     let pair = "pair a.obj b.obj poses.txt";
-    folder.refused(&format!("{pair} --view-pose 1"), &["--view"]);
+    folder
+        .run(&format!("{pair} --view-pose 1"))
+        .assert_refused(&["--view"]);
     for (rest, words) in [
         ("x.html --view-pose 5", "--view-pose 5"),
         ("no/x.html", "no/x.html"),
@@ -438,7 +440,7 @@ fn views_that_cannot_be_made_are_refused() {
         let answer = folder.run(&format!("{pair} --view {rest}"));
         // What was asked for besides is answered.
         assert_eq!((answer.status, answer.rows().len()), (2, 5));
-        answer.tells(words);
+        assert!(answer.err.contains(words), "{}", answer.err);
     }
     folder.write("bad.txt", "no pose\n");
     let answer = folder.run("distance a.obj b.obj bad.txt --view x.html");
