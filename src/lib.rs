@@ -33,7 +33,7 @@
 //! 1. Each subtree stores its measured **alpha**, the factor by which boxes shrink from level to
 //!    level ([`tree::Subtree::alpha_product`]).
 //! 2. Alpha and the levels left give **N_v**, the expected number of box tests
-//!    ([`Query::predict`]). A [`PairMemory`] corrects what is told of its pair.
+//!    ([`Query::predict`]). A [`PairMemory`] corrects the predictions of its pair.
 //! 3. Node pairs that overlap wait in a **priority queue**, by depth, size and levels left
 //!    ([`intersection::Order`]). The first is replaced by the pairs of its children.
 //! 4. The **budget** may stop the query between two steps of bounded work ([`Budget`]).

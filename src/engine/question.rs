@@ -267,7 +267,7 @@ where
 
     /// The model's quantiles of the work left, after `used`, corrected by the memory of the pair.
     /// `after` is the prediction by the query before.
-    pub(crate) fn told(
+    pub(crate) fn predicted(
         &self,
         memory: Option<&PairMemory>,
         sought: Sought,
@@ -276,7 +276,7 @@ where
         after: impl FnOnce(&PairMemory) -> Option<Quantiles>,
     ) -> Quantiles {
         match memory.filter(|memory| memory.is_of(self.a, self.b)) {
-            Some(memory) => memory.tell(sought, &self.key(), used, model, || after(memory)),
+            Some(memory) => memory.predict(sought, &self.key(), used, model, || after(memory)),
             None => model,
         }
     }

@@ -217,12 +217,12 @@ impl Workspace {
         self.run.stats.work
     }
 
-    #[doc(hidden)]
+    /// [`Stats::bv_tests`] of the last query.
     pub fn bv_tests(&self) -> u64 {
         self.run.stats.bv_tests
     }
 
-    #[doc(hidden)]
+    /// [`Stats::found`] of the last query.
     pub fn found(&self) -> u64 {
         self.run.stats.found
     }

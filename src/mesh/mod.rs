@@ -134,7 +134,10 @@ impl fmt::Display for MeshError {
                 )
             }
             Self::TooManyTriangles { triangles } => {
-                write!(f, "{triangles} triangles, but at most 2^30 are allowed")
+                write!(
+                    f,
+                    "{triangles} triangles or points, but at most 2^30 are allowed"
+                )
             }
         }
     }

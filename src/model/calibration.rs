@@ -84,30 +84,30 @@ impl Calibration {
     /// .5.
     #[must_use]
     pub fn apply(&self, probability: f64) -> f64 {
-        let told = if probability.is_nan() {
+        let predicted = if probability.is_nan() {
             0.5
         } else {
             probability.clamp(0.0, 1.0)
         };
-        if told == 0.0 || told == 1.0 || (self.offset, self.slope) == (0.0, 1.0) {
-            return told;
+        if predicted == 0.0 || predicted == 1.0 || (self.offset, self.slope) == (0.0, 1.0) {
+            return predicted;
         }
         logistic(
-            self.corrected(logit(told))
+            self.corrected(logit(predicted))
                 .clamp(-LARGEST_CORRECTED, LARGEST_CORRECTED),
         )
     }
 
-    /// Learns from one moment. `told` is the probability that the model predicted, before
+    /// Learns from one moment. `predicted` is the probability that the model predicted, before
     /// [`Calibration::apply`]. `met` is true if the surfaces met at that pose. A prediction teaches
     /// nothing if it is certain (0 or less, 1 or more) or NaN.
     ///
     /// Takes about a microsecond, allocates nothing, and gives the same bits on every machine.
-    pub fn learn(&mut self, told: f64, met: bool) {
-        if !(told > 0.0 && told < 1.0) {
+    pub fn learn(&mut self, predicted: f64, met: bool) {
+        if !(predicted > 0.0 && predicted < 1.0) {
             return;
         }
-        let z = logit(told).clamp(-LARGEST_LOGIT, LARGEST_LOGIT);
+        let z = logit(predicted).clamp(-LARGEST_LOGIT, LARGEST_LOGIT);
         let truth = f64::from(u8::from(met));
         let [one, both, square] = self.evidence;
         let (one, square) = (one + PRIOR, square + PRIOR);

@@ -34,7 +34,7 @@ impl Tracker {
     }
 
     /// The quantiles for this pair, from those of the model.
-    pub fn told(&self, model: Quantiles) -> Quantiles {
+    pub fn corrected(&self, model: Quantiles) -> Quantiles {
         let [low, middle, high] = self.0.map(|factor| exp2(factor.into()));
         Quantiles::ordered([model.p10 * low, model.p50 * middle, model.p90 * high], 1.0)
     }

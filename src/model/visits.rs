@@ -77,8 +77,11 @@ mod tests {
             let q = 4.0 * counted.iter().product::<f32>();
             for depth in [0, 1, 5, 12] {
                 let exact: f32 = (0..=depth).map(|l| q.powi(l)).sum();
-                let told = overlapping(counted, depth);
-                assert!((told / exact - 1.0).abs() < 1e-5, "{told} is not {exact}");
+                let predicted = overlapping(counted, depth);
+                assert!(
+                    (predicted / exact - 1.0).abs() < 1e-5,
+                    "{predicted} is not {exact}"
+                );
             }
         }
     }

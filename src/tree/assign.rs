@@ -65,8 +65,7 @@ fn above(parts: &[Part], count: usize) -> Vec<Range<usize>> {
     ends.zip(starts).map(|(end, start)| end..start).collect()
 }
 
-/// Bottom-up pass: computes the family of each inner node. The family is the moments of its
-/// children.
+/// Bottom-up pass: computes for each inner node its family, the moments of its children.
 struct Gather<'p> {
     plan: &'p Plan,
     triangles: &'p [Triangle],

@@ -18,7 +18,7 @@ use super::profile::{Levels, Profiles};
 use super::update::{keep, set_own};
 use super::validate::TreeFault;
 use super::wide::{Node, WIDTH};
-use super::{Tree, TreeFileError, Triangle, Unit, next_identity};
+use super::{Tree, TreeFileError, Triangle, Unit, next_identity, power_of_two};
 use super::{binary, hilbert};
 use crate::mesh::{Mesh, MeshError, Vertices};
 use alloc::boxed::Box;
@@ -359,12 +359,18 @@ const LEVELS: [f32; WIDTH + 1] = [
 
 /// The ids of the points along a Hilbert curve with 2^10 cells an axis; in one cell in input order.
 fn sorted(mesh: &Mesh, unit: &Unit) -> Vec<u32> {
-    let half = f64::from(CELLS) * 0.5;
     let mut sort = Sort::default();
     sort.keyed.reserve_exact(mesh.len());
-    for id in 0..mesh.len() {
-        let cell = unit.point(mesh.vertex(id)) * half + half;
-        sort.push(cell.to_array().map(|x| (x as u32).min(CELLS - 1)));
+    // From -1..=1 to the nearest of the cells, in the low bits of a sum with 2^52.
+    let half = f64::from(CELLS - 1) * 0.5;
+    let cell = |point: DVec3| {
+        let cell = unit.point(point) * half + half;
+        cell.to_array()
+            .map(|x| (x + power_of_two(52)).to_bits() as u32 % CELLS)
+    };
+    match mesh.vertices() {
+        Vertices::F32(points) => sort.push(points, |p| cell(Vec3::from(p).as_dvec3())),
+        Vertices::F64(points) => sort.push(points, |p| cell(p.into())),
     }
     while !sort.advance(mesh.len()) {}
     sort.keyed.iter().map(|&(_, id)| id).collect()
@@ -406,44 +412,62 @@ impl Sort {
         (self.pass, self.at) = (0, 0);
     }
 
-    /// Appends the point in a cell.
+    /// Appends points.
     #[inline(always)]
-    pub fn push(&mut self, cell: [u32; 3]) {
-        let [x, y, z] = cell.map(spread);
-        let place = hilbert::place(x | y << 1 | z << 2);
-        for (pass, counts) in self.counts.iter_mut().enumerate() {
-            counts[digit(place, pass)] += 1;
+    pub fn push<P: Copy>(&mut self, points: &[P], cell: impl Fn(P) -> [u32; 3]) {
+        // In two loops, because the first one compiles to vectors.
+        for sixteen in points.chunks(16) {
+            let mut codes = [0; 16];
+            for (code, &point) in codes.iter_mut().zip(sixteen) {
+                let [x, y, z] = cell(point).map(spread);
+                *code = x | y << 1 | z << 2;
+            }
+            for code in codes.into_iter().take(sixteen.len()) {
+                let place = hilbert::place(code);
+                for (pass, counts) in self.counts.iter_mut().enumerate() {
+                    counts[digit(place, pass)] += 1;
+                }
+                self.keyed.push((place, self.keyed.len() as u32));
+            }
         }
-        self.keyed.push((place, self.keyed.len() as u32));
     }
 
     /// Moves up to `most` points; true if they are sorted.
     pub fn advance(&mut self, most: usize) -> bool {
-        let Some(counts) = self.counts.get_mut(self.pass) else {
+        let Self {
+            keyed,
+            other,
+            pass,
+            at,
+            ..
+        } = self;
+        let Some(counts) = self.counts.get_mut(*pass) else {
             return true;
         };
-        if self.at == 0 {
-            self.other.resize(self.keyed.len(), (0, 0));
+        if *at == 0 {
+            other.resize(keyed.len(), (0, 0));
             let mut next = 0;
             for count in &mut *counts {
                 next += core::mem::replace(count, next);
             }
         }
-        let end = self.keyed.len().min(self.at.saturating_add(most));
-        for &(place, id) in &self.keyed[self.at..end] {
-            let to = &mut counts[digit(place, self.pass)];
-            self.other[*to as usize] = (place, id);
-            *to += 1;
+        let end = keyed.len().min(at.saturating_add(most));
+        let (digits, to) = (*pass, &mut other[..]);
+        for &(place, id) in &keyed[*at..end] {
+            let next = &mut counts[digit(place, digits)];
+            to[*next as usize] = (place, id);
+            *next += 1;
         }
-        self.at = end;
-        if end == self.keyed.len() {
-            core::mem::swap(&mut self.keyed, &mut self.other);
-            (self.pass, self.at) = (self.pass + 1, 0);
+        *at = end;
+        if end == keyed.len() {
+            core::mem::swap(keyed, other);
+            (*pass, *at) = (*pass + 1, 0);
         }
         false
     }
 }
 
+#[inline(always)]
 fn digit(place: u32, pass: usize) -> usize {
     (place >> (hilbert::BITS as usize * pass)) as usize % CELLS as usize
 }

@@ -109,8 +109,8 @@ pub(super) fn convex(tree: &Tree, solid: &Solidity) -> Box<[Option<Convex>]> {
 }
 
 impl Candidate {
-    /// The corners of a triangle relative to the center, and six times the volume over it: a lower
-    /// bound.
+    /// The corners of a triangle relative to the center, and a lower bound of six times the volume
+    /// of the tetrahedron they form with it.
     fn cone(&self, tree: &Tree, triangle: u32) -> ([DVec3; 3], f64) {
         let corners = tree
             .corners(triangle)

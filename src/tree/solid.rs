@@ -437,7 +437,8 @@ fn sorted(loose: Vec<Loose>) -> Vec<Loose> {
 }
 
 /// Joins triangles that share a loose edge. Returns the edges that are used more often in one
-/// direction than in the other, as often as that, with the number of a loose edge of each.
+/// direction than in the other, with the number of a loose edge of each. An edge occurs once for
+/// each use by which the directions differ.
 fn balance(tree: &Tree, loose: Vec<Loose>, sets: &mut [u32]) -> Vec<([u32; 2], u32)> {
     let positions = |edge: u32| ends(tree, edge).map(|vertex| position(&tree.mesh, vertex));
     let unordered = |edge: u32| {

@@ -232,11 +232,10 @@ impl PointWindow {
 
     fn place(&mut self, from: usize) -> Stage {
         let end = self.frame.len().min(from + PLACES);
-        for point in &self.frame[from..end] {
-            // Cells repeat beyond the reach, so no point is out of it.
-            let cell = point.map(|x| libm::floor(f64::from(x) * self.scale) as i64);
-            self.sort.push(cell.map(|x| x as u32 % CELLS));
-        }
+        // Cells repeat beyond the reach, so no point is out of it.
+        let cell = |x: f32| libm::floor(f64::from(x) * self.scale) as i64 as u32 % CELLS;
+        self.sort
+            .push(&self.frame[from..end], |point| point.map(cell));
         if end < self.frame.len() {
             Stage::Place(end)
         } else {

@@ -61,7 +61,7 @@ types! {
     /// Numbers that describe a tree.
     told punctual_tree_facts(bytes) {
         /// How much looser the boxes have become since the build, by refits: the SAH cost now over
-        /// that after the build, no unit.
+        /// that after the build, no unit. Queries take about its square root as long as in a new tree.
         degradation: f32,
         /// Triangles of the mesh.
         triangles: usize,

@@ -99,7 +99,8 @@ fn print_tree(
 ) -> io::Result<()> {
     let stats = tree.stats();
     let per_triangle = |bytes: usize| bytes as f64 / stats.triangles.max(1) as f64;
-    writeln!(out, "  triangles     {:>12}", stats.triangles)?;
+    let one = if tree.is_cloud() { "point" } else { "triangle" };
+    writeln!(out, "  {:<14}{:>12}", format!("{one}s"), stats.triangles)?;
     writeln!(out, "  coordinates   {precision:>12}")?;
     writeln!(out, "  nodes         {:>12}", stats.nodes)?;
     writeln!(out, "  leaves        {:>12}", stats.leaves)?;
@@ -111,7 +112,8 @@ fn print_tree(
         "  self-pairs    {:>12}",
         tree.self_intersections().len()
     )?;
-    writeln!(out, "  bytes/triangle{:>12.1}", per_triangle(stats.bytes()))?;
+    let bytes = per_triangle(stats.bytes());
+    writeln!(out, "  {:<14}{bytes:>12.1}", format!("bytes/{one}"))?;
     let parts = [
         ("nodes", stats.bytes_nodes),
         ("triangles", stats.bytes_triangles),

@@ -11,6 +11,7 @@ use roxmltree::{Document, Node};
 
 use crate::notice::Notices;
 use crate::text::{decode, shorten, without_late_declaration};
+use crate::xml::{attribute, child, line};
 use crate::{Limits, Place, ReadError, ReadOptions, Surface, polygon};
 
 /// Most nodes within one another.
@@ -255,15 +256,11 @@ impl Scene<'_> {
 }
 
 fn place(node: Node) -> Place {
-    Place::Line(node.document().text_pos_at(node.range().start).row as usize)
+    Place::Line(line(node) as usize)
 }
 
 fn fail<T>(node: Node, what: impl Into<String>) -> Result<T, ReadError> {
     Err(ReadError::at(place(node), what))
-}
-
-fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
-    node.children().find(|node| node.has_tag_name(name))
 }
 
 fn input<'a, 'd>(node: Node<'a, 'd>, semantic: &str) -> Result<Node<'a, 'd>, ReadError> {
@@ -271,16 +268,6 @@ fn input<'a, 'd>(node: Node<'a, 'd>, semantic: &str) -> Result<Node<'a, 'd>, Rea
     match inputs.find(|input| input.attribute("semantic") == Some(semantic)) {
         Some(input) => Ok(input),
         None => fail(node, format!("no input {semantic}")),
-    }
-}
-
-fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ReadError> {
-    match node.attribute(name) {
-        Some(text) => Ok(text.trim()),
-        None => fail(
-            node,
-            format!("`{}` without `{name}`", node.tag_name().name()),
-        ),
     }
 }
 

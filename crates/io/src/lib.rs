@@ -25,6 +25,8 @@ pub mod points;
 mod polygon;
 mod stl;
 pub mod text;
+#[cfg(feature = "xml")]
+pub mod xml;
 
 pub use error::{FileError, Place, ReadError};
 pub use format::Format;

@@ -81,11 +81,11 @@ fn a_query_is_done_when_no_pair_waits() {
 fn a_tracker_tells_the_median_by_the_last_error_and_steps_by_what_came() {
     let model = Quantiles::exactly(1024.0);
     let mut tracker = Tracker::default();
-    assert_eq!(tracker.told(model), model);
+    assert_eq!(tracker.corrected(model), model);
     // It may still take more.
     assert!(!tracker.learn(model, 512.0, false));
     assert!(tracker.learn(model, 2048.0, true));
-    let Quantiles { p10, p50, p90 } = tracker.told(model);
+    let Quantiles { p10, p50, p90 } = tracker.corrected(model);
     let log = |x: f64| (x / 1024.0).log2();
     assert!((log(p50) - 1.0).abs() < 1e-6, "{p50}");
     assert!(
@@ -95,7 +95,7 @@ fn a_tracker_tells_the_median_by_the_last_error_and_steps_by_what_came() {
     for _ in 0..100 {
         tracker.learn(model, 1e300, true);
     }
-    assert!(tracker.told(model).p90 <= 1024.0 * (9.5_f64).exp2());
+    assert!(tracker.corrected(model).p90 <= 1024.0 * (9.5_f64).exp2());
 }
 
 #[test]

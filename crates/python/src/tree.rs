@@ -461,7 +461,8 @@ impl Tree {
     }
 
     /// Factor by which refits have loosened the boxes since the build, 1 after it. Queries take about its square root as
-    /// long as those of a new tree. A build takes as long as seven to ten refits.
+    /// long as those of a new tree. A build takes as long as seven to ten refits: it pays once the queries since the last
+    /// one have lost as much, 1 - degradation**-.5 of their time.
     #[getter]
     fn degradation(&self) -> f32 {
         self.arc.degradation()

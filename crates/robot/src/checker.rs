@@ -176,35 +176,24 @@ impl Checker {
         shape: Shape,
         may_touch: &[&str],
     ) -> Result<ShapeId, RobotError> {
-        let (id, link) = (ShapeId(self.next), link.into());
-        let placed = self.placed(id, name, link, &pose, shape, may_touch);
-        let placed = placed.map_err(|error| prefixed(&format!("obstacle {name}"), error))?;
+        let (id, model) = (ShapeId(self.next), self.model());
+        let placed = || {
+            let place = match link.into() {
+                Some(link) => model.links[model.link_number(link)? as usize],
+                None => (0, Transform::IDENTITY),
+            };
+            let touches = may_touch.iter().map(|link| model.link_number(link));
+            let touches = touches.collect::<Result<_, _>>();
+            let touches = touches.map_err(|error| prefixed("may_touch", error))?;
+            let placed = PlacedShape::new(id, name.into(), None, place, &pose, shape)?;
+            Ok(PlacedShape { touches, ..placed })
+        };
+        let placed = placed().map_err(|error| prefixed(&format!("obstacle {name}"), error))?;
         self.next += 1;
         self.world.push(placed);
         self.order.extend(&self.world);
         self.room.begin();
         Ok(id)
-    }
-
-    fn placed(
-        &self,
-        id: ShapeId,
-        name: &str,
-        link: Option<&str>,
-        pose: &Pose,
-        shape: Shape,
-        may_touch: &[&str],
-    ) -> Result<PlacedShape, RobotError> {
-        let model = self.model();
-        let place = match link {
-            Some(link) => model.links[model.link_number(link)? as usize],
-            None => (0, Transform::IDENTITY),
-        };
-        let touches = may_touch.iter().map(|link| model.link_number(link));
-        let touches = touches.collect::<Result<_, _>>();
-        let touches = touches.map_err(|error| prefixed("may_touch", error))?;
-        let placed = PlacedShape::new(id, name.into(), None, place, pose, shape)?;
-        Ok(PlacedShape { touches, ..placed })
     }
 
     /// Moves an obstacle to another pose, in the frame in which it was added or attached: the world
@@ -252,8 +241,8 @@ impl Checker {
             return refuse(format!("allow: there is no link or obstacle {name}"));
         }
         let names = sorted(names.map(String::from));
-        self.world.told.retain(|told| told.0 != names);
-        self.world.told.push((names, may_touch));
+        self.world.set_pairs.retain(|set| set.0 != names);
+        self.world.set_pairs.push((names, may_touch));
         self.world.pair();
         self.world.change(None);
         self.renew();

@@ -242,8 +242,8 @@ impl Call<'_, '_> {
     }
 }
 
-/// The distance of one pair above its margin, and its closest points in the world, the lower id
-/// first; the origin if one shape holds the other.
+/// The distance of one pair above its margin, and its closest points in the world: that of the
+/// lower id first. Both are the origin if one shape holds the other.
 pub(crate) struct Measured {
     pub low: f64,
     pub high: f64,

@@ -280,7 +280,7 @@ impl Run {
     fn halve_all(&mut self, call: &mut Call<'_, '_>) -> Result<(), StopReason> {
         let now = |run: &mut Self| run.now.or_else(|| Some((run.next()?, Phase::Place)));
         while let Some((interval, phase)) = now(self) {
-            if self.told((interval.line, interval.ends[0])) >= self.pause {
+            if self.lower_time((interval.line, interval.ends[0])) >= self.pause {
                 self.now = Some((interval, phase));
                 break;
             }
@@ -459,7 +459,7 @@ impl Run {
         };
         Edge {
             answer,
-            free_until: self.told(free_until),
+            free_until: self.lower_time(free_until),
             touching_at: touching.map(|(line, share)| {
                 let piece = self.lines.pieces()[line as usize];
                 piece.begin + share * piece.seconds
@@ -469,7 +469,7 @@ impl Run {
     }
 
     /// A time in the unit of answers, rounded down, so that nothing is claimed that is not proven.
-    fn told(&self, (line, share): Time) -> f64 {
+    fn lower_time(&self, (line, share): Time) -> f64 {
         let Piece { begin, seconds, .. } = self.lines.pieces()[line as usize];
         if share == 1.0 && line as usize + 1 == self.lines.pieces().len() {
             return begin + seconds;

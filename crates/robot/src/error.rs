@@ -2,8 +2,6 @@
 
 use std::fmt;
 use std::io;
-#[cfg(feature = "urdf")]
-use std::path::Path;
 use std::path::PathBuf;
 
 /// Why a robot, an obstacle or a configuration is refused.
@@ -47,26 +45,6 @@ pub enum RobotError {
 /// An error of a link, joint or shape.
 pub(crate) fn refuse<T>(what: impl Into<String>) -> Result<T, RobotError> {
     Err(RobotError::Model(what.into()))
-}
-
-impl RobotError {
-    /// Turns the error into a fault of a file.
-    #[cfg(feature = "urdf")]
-    pub(crate) fn within(self, file: &Path) -> Self {
-        let (line, what, kind) = match self {
-            Self::Model(what) => (None, what, None),
-            Self::File {
-                line, what, kind, ..
-            } => (line, what, kind),
-            other => return other,
-        };
-        Self::File {
-            file: file.to_owned(),
-            line,
-            what,
-            kind,
-        }
-    }
 }
 
 /// Files as compilers name them: `FILE:LINE: what`.

@@ -144,7 +144,7 @@ pub struct Ahead {
     /// the robot's links.
     pub free_until: f64,
     /// True if this cycle, and braking after it, is proven free: of what stands still, and of
-    /// obstacles that move by themselves as told in the cycle `since` cycles ago. False if it was
+    /// obstacles that move by themselves as set in the cycle `since` cycles ago. False if it was
     /// not yet proven since an obstacle was added, moved or removed, or a margin was set.
     pub is_proven: bool,
     /// Number of cycles since the last one that was proven for the present tracks of the obstacles.

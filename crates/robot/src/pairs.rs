@@ -153,23 +153,14 @@ impl Call<'_, '_> {
         let left = bounds.peek().map(|bound| unordered(bound.0.0));
         let least = least.min(left.unwrap_or(f64::INFINITY));
         self.room.bounds = bounds;
-        found.pairs.sort_unstable_by_key(|near| near.pair);
-        let width = configuration.len();
-        found.gradients.resize(found.pairs.len() * width, 0.0);
-        for (near, row) in found
-            .pairs
-            .iter()
-            .zip(found.gradients.chunks_mut(width.max(1)))
-        {
-            for (id, point, sign) in [
-                (near.pair[0], near.points[0], -1.0),
-                (near.pair[1], near.points[1], 1.0),
-            ] {
-                if let Some(shape) = self.world.index(id) {
-                    let along = sign * near.normal;
-                    self.room
-                        .placement
-                        .add_gradient(self.world, shape, point, along, row);
+        let (NearPairs { pairs, gradients }, width) = (found, configuration.len());
+        pairs.sort_unstable_by_key(|near| near.pair);
+        gradients.resize(pairs.len() * width, 0.0);
+        for (near, row) in pairs.iter().zip(gradients.chunks_mut(width.max(1))) {
+            for (i, sign) in [-1.0, 1.0].into_iter().enumerate() {
+                let (along, placement) = (sign * near.normal, &self.room.placement);
+                if let Some(shape) = self.world.index(near.pair[i]) {
+                    placement.add_gradient(self.world, shape, near.points[i], along, row);
                 }
             }
         }

@@ -216,7 +216,7 @@ impl Placement {
         box_gap(a.half, b.half, &relative) - self.slack - self.margin(pair)
     }
 
-    /// The margin of a pair, with what an obstacle may be off its track.
+    /// The margin of a pair, plus how far its obstacles may be off their tracks.
     #[inline]
     pub fn margin(&self, pair: &Pair) -> f64 {
         let reach = |i: u32| self.shapes[i as usize].reach;
@@ -233,7 +233,8 @@ impl Placement {
         relative(&a, &self.shape(world, pair.b))
     }
 
-    /// Adds how fast a point of a shape moves along a direction, to a row of joints.
+    /// Adds to `row`, for each joint, how fast a point of a shape moves along a direction per
+    /// unit of the joint's speed.
     pub fn add_gradient(
         &self,
         world: &World,

@@ -34,7 +34,8 @@ pub struct Shape(Arc<Inner>);
 #[derive(Debug)]
 pub(crate) struct Inner {
     pub tree: Arc<Tree>,
-    /// True if a body inside meets it: inside its closed surface, or within its radius.
+    /// True if the shape has an inside, and bodies there meet it: the inside of a closed surface,
+    /// or all within the radius.
     pub is_solid: bool,
     /// No point of the shape is farther than this from the shape it stands for.
     pub band: f64,

@@ -179,8 +179,8 @@ impl Trajectory {
         }
     }
 
-    /// Adds a part of a plan from a time of it on: some seconds in which the speed along the plan
-    /// goes steadily from one share to another.
+    /// Appends a part of a plan that starts at a time of the plan. During the part's `seconds` the
+    /// speed along the plan changes linearly from `speeds[0]` to `speeds[1]` (shares of its own).
     pub(crate) fn add_part(
         &mut self,
         plan: &Self,

@@ -1,17 +1,15 @@
 //! Robots from URDF and SRDF files.
 
 use std::collections::HashMap;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use punctual::Pose;
 use punctual::glam::DVec3;
-use punctual_io::text::{decode, without_late_declaration};
-use roxmltree::{Document, Node};
+use punctual_io::xml::{self, Fault, Notices, Packages, attribute, child, line, number, numbers};
+use roxmltree::Node;
 
 use crate::error::refuse;
-use crate::model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model, prefixed, sorted};
+use crate::model::{Description, Joint, JointKind, Link, Mimic, Model, prefixed, sorted};
 use crate::transform::{Transform, from_rpy, to_pose};
 use crate::{RobotError, Shape};
 
@@ -62,10 +60,9 @@ impl Model {
     pub fn from_urdf(file: impl AsRef<Path>, options: &UrdfOptions) -> Result<Self, RobotError> {
         let file = file.as_ref();
         let mut meshes = Meshes {
-            folder: file.parent().unwrap_or(Path::new("")),
-            options,
+            files: Packages::new(file.parent().unwrap_or(Path::new("")), &options.packages),
+            are_solids: options.solids,
             read: HashMap::new(),
-            packages: HashMap::new(),
             notices: Notices::default(),
         };
         let mut description = parse(file, |root| robot(root, &mut meshes))?;
@@ -75,7 +72,7 @@ impl Model {
             let passed_over = parse(srdf, |root| allow(root, &mut description))?;
             notices.extend(passed_over.of_file(srdf));
         }
-        let mut model = Self::new(&description).map_err(|error| error.within(file))?;
+        let mut model = Self::new(&description).map_err(|error| error.within(file, None))?;
         model.notices = notices;
         Ok(model)
     }
@@ -84,110 +81,70 @@ impl Model {
 /// Reads a file; errors name it.
 fn parse<T>(
     file: &Path,
-    read: impl FnOnce(Node<'_, '_>) -> Result<T, RobotError>,
+    make: impl FnOnce(Node<'_, '_>) -> Result<T, RobotError>,
 ) -> Result<T, RobotError> {
-    let parsed = || {
-        let bytes = fs::read(file).map_err(|error| {
-            let (what, kind) = (error.to_string(), Some(error.kind()));
-            fault(None, what, kind)
-        })?;
-        let text = decode(&bytes);
-        let text = without_late_declaration(&text);
-        let document = Document::parse(&text)
-            .map_err(|error| fault(Some(error.pos().row), error.to_string(), None))?;
-        let root = document.root_element();
-        if root.has_tag_name("robot") {
-            read(root)
-        } else {
-            fail(root, "the outermost element is not `robot`")
+    let parsed = xml::read(file, |root| match root.has_tag_name("robot") {
+        true => make(root),
+        false => fail(root, "the outermost element is not `robot`"),
+    });
+    parsed.map_err(|error: RobotError| error.within(file, None))
+}
+
+/// A fault of a file, whose name is added where the file is read.
+impl From<Fault> for RobotError {
+    fn from(Fault { line, what, kind }: Fault) -> Self {
+        let file = PathBuf::new();
+        Self::File {
+            file,
+            line,
+            what,
+            kind,
         }
-    };
-    parsed().map_err(|error| error.within(file))
+    }
 }
 
-fn line(node: Node<'_, '_>) -> u32 {
-    node.document().text_pos_at(node.range().start).row
-}
-
-/// An error in a file, whose name [`parse`] adds.
-fn fault(line: Option<u32>, what: String, kind: Option<io::ErrorKind>) -> RobotError {
-    RobotError::File {
-        file: PathBuf::new(),
-        line,
-        what,
-        kind,
+impl RobotError {
+    /// Turns the error into a fault of a file, on a line if it has none.
+    fn within(mut self, place: &Path, at: Option<u32>) -> Self {
+        if let Self::Model(what) = self {
+            let (line, kind) = (None, None);
+            self = Fault { line, what, kind }.into();
+        }
+        if let Self::File { file, line, .. } = &mut self {
+            *file = place.to_owned();
+            *line = line.or(at);
+        }
+        self
     }
 }
 
 /// An error at an element.
 fn fail<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, RobotError> {
-    Err(fault(Some(line(node)), what.into(), None))
+    Err(Fault::at(node, what).into())
 }
 
 /// Elements that are known to change no collision, by their parent.
-const HARMLESS: [(&str, &[&str]); 5] = [
+const HARMLESS: [(&str, &str); 4] = [
     (
         "robot",
-        &[
-            "material",
-            "transmission",
-            "gazebo",
-            "ros2_control",
-            "sensor",
-            // SRDF
-            "group",
-            "group_state",
-            "end_effector",
-            "virtual_joint",
-            "passive_joint",
-            "joint_property",
-            "link_sphere_approximation",
-        ],
+        "material transmission gazebo ros2_control sensor group group_state end_effector \
+         virtual_joint passive_joint joint_property link_sphere_approximation",
     ),
-    ("link", &["inertial", "visual", "contact", "sensor"]),
+    ("link", "inertial visual contact sensor"),
     (
         "joint",
-        &[
-            "dynamics",
-            "calibration",
-            "safety_controller",
-            "hardwareInterface",
-        ],
+        "dynamics calibration safety_controller hardwareInterface",
     ),
-    ("collision", &["material", "contact_coefficients"]),
-    ("geometry", &[]),
+    ("collision", "material contact_coefficients"),
 ];
 
-/// The elements that were passed over, with their lines.
-#[derive(Default)]
-struct Notices(Vec<(u32, String)>);
-
-impl Notices {
-    fn add(&mut self, node: Node<'_, '_>, what: String) {
-        self.0.push((line(node), what));
-    }
-
-    /// Notes elements that are neither read nor harmless, the first of each kind. `of` names their
-    /// parent.
-    fn pass_over(&mut self, parent: Node<'_, '_>, of: &str, read: &[&str]) {
-        let place = parent.tag_name().name();
-        let harmless = HARMLESS.iter().find(|(name, _)| *name == place);
-        let is_known = |tag: &str| {
-            read.contains(&tag) || harmless.is_some_and(|(_, tags)| tags.contains(&tag))
-        };
-        for node in parent.children().filter(Node::is_element) {
-            let tag = node.tag_name().name();
-            let what = format!("`{tag}` in a `{place}` is passed over");
-            if !is_known(tag) && !self.0.iter().any(|(_, told)| told.ends_with(&what)) {
-                self.add(node, format!("{of}{what}"));
-            }
-        }
-    }
-
-    fn of_file(self, file: &Path) -> impl Iterator<Item = String> {
-        let told = |(line, what)| format!("{}:{line}: {what}", file.display());
-        self.0.into_iter().map(told)
-    }
+/// Notes elements of a parent, which is named, that are neither read nor harmless.
+fn pass_over(notices: &mut Notices, parent: Node<'_, '_>, of: &str, read: &[&str]) {
+    let place = parent.tag_name().name();
+    let harmless = HARMLESS.iter().find(|(name, _)| *name == place);
+    let harmless = harmless.map_or("", |(_, tags)| tags);
+    let is_known = |tag: &str| read.contains(&tag) || harmless.split(' ').any(|it| it == tag);
+    notices.pass_over(parent, of, is_known);
 }
 
 fn robot(root: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Description, RobotError> {
@@ -202,7 +159,7 @@ fn robot(root: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Description, Rob
         name: root.attribute("name").unwrap_or("").to_owned(),
         ..Description::default()
     };
-    meshes.notices.pass_over(root, "", &["link", "joint"]);
+    pass_over(&mut meshes.notices, root, "", &["link", "joint"]);
     for node in root.children() {
         let tag = node.tag_name().name();
         let name = node.attribute("name").unwrap_or("without a name");
@@ -212,7 +169,7 @@ fn robot(root: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Description, Rob
             "joint" => {
                 let read = ["parent", "child", "origin", "axis", "limit", "mimic"];
                 let place = format!("joint {name}: ");
-                meshes.notices.pass_over(node, &place, &read);
+                pass_over(&mut meshes.notices, node, &place, &read);
                 let joint = joint(node).map_err(of)?;
                 match free_axes(node.attribute("type"), joint.axis.into()) {
                     None => robot.joints.push(joint),
@@ -229,11 +186,11 @@ fn link(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Link, RobotError>
     let mut shapes = Vec::new();
     let name = attribute(node, "name")?.to_owned();
     let place = format!("link {name}: ");
-    meshes.notices.pass_over(node, &place, &["collision"]);
+    pass_over(&mut meshes.notices, node, &place, &["collision"]);
     let is_collision = |node: &Node<'_, '_>| node.has_tag_name("collision");
     for collision in node.children().filter(is_collision) {
         let read = ["origin", "geometry"];
-        meshes.notices.pass_over(collision, &place, &read);
+        pass_over(&mut meshes.notices, collision, &place, &read);
         let geometry = child(collision, "geometry").and_then(|node| node.first_element_child());
         let Some(geometry) = geometry else {
             return fail(collision, "a collision without geometry");
@@ -241,33 +198,20 @@ fn link(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Link, RobotError>
         if geometry.next_sibling_element().is_some() {
             return fail(geometry, "a geometry of several shapes, must be one");
         }
-        let shape = shape(geometry, meshes).map_err(|error| match error {
-            RobotError::Model(what) => fault(Some(line(geometry)), what, None),
-            RobotError::File {
-                line: None,
-                what,
-                kind,
-                ..
-            } => fault(Some(line(geometry)), what, kind),
-            error => error,
-        })?;
+        let shape = shape(geometry, meshes)
+            .map_err(|error| error.within(Path::new(""), Some(line(geometry))))?;
         shapes.push((to_pose(&origin(collision)?), shape));
     }
     Ok(Link { name, shapes })
 }
 
 fn shape(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Shape, RobotError> {
+    let of = |name| number(node, name, None);
     match node.tag_name().name() {
         "box" => Shape::cuboid(numbers(node, "size", None)?),
-        "sphere" => Shape::sphere(number(node, "radius", None)?),
-        "cylinder" => {
-            let radius = number(node, "radius", None)?;
-            Shape::cylinder(radius, number(node, "length", None)?)
-        }
-        "capsule" => {
-            let radius = number(node, "radius", None)?;
-            Shape::capsule(radius, number(node, "length", None)?)
-        }
+        "sphere" => Shape::sphere(of("radius")?),
+        "cylinder" => Shape::cylinder(of("radius")?, of("length")?),
+        "capsule" => Shape::capsule(of("radius")?, of("length")?),
         "mesh" => {
             let scale = numbers(node, "scale", Some([1.0; 3]))?;
             meshes.shape(node, attribute(node, "filename")?, scale)
@@ -298,32 +242,25 @@ fn free_axes(kind: Option<&str>, axis: DVec3) -> Option<Vec<(&'static str, DVec3
 
 /// Adds a joint of several axes as a chain of joints, with links without shapes between them.
 fn free(robot: &mut Description, joint: Joint, axes: &[(&str, DVec3)]) {
-    let mut parent = joint.parent;
-    for (i, (axis, along)) in axes.iter().enumerate() {
-        let name = format!("{}/{axis}", joint.name);
-        let child = if i + 1 == axes.len() {
-            joint.child.clone()
-        } else {
-            robot.links.push(Link {
-                name: name.clone(),
-                shapes: Vec::new(),
-            });
-            name.clone()
-        };
+    let name = |axis: &str| format!("{}/{axis}", joint.name);
+    let (mut parent, mut origin) = (joint.parent.clone(), joint.origin);
+    for (i, &(axis, along)) in axes.iter().enumerate() {
+        let child = axes.get(i + 1).map_or(joint.child.clone(), |_| name(axis));
+        let kinds = [JointKind::Continuous, JointKind::Prismatic];
         robot.joints.push(Joint {
-            name,
-            kind: if axis.len() == 1 {
-                JointKind::Prismatic
-            } else {
-                JointKind::Continuous
-            },
+            name: name(axis),
+            kind: kinds[usize::from(axis.len() == 1)],
             parent: std::mem::replace(&mut parent, child.clone()),
             child,
-            origin: if i == 0 { joint.origin } else { Pose::IDENTITY },
+            origin: std::mem::replace(&mut origin, Pose::IDENTITY),
             axis: along.to_array(),
             limits: None,
             mimic: None,
         });
+    }
+    for pair in axes.windows(2) {
+        let (name, shapes) = (name(pair[0].0), Vec::new());
+        robot.links.push(Link { name, shapes });
     }
 }
 
@@ -346,10 +283,10 @@ fn joint(node: Node<'_, '_>) -> Result<Joint, RobotError> {
     let limits = child(node, "limit").filter(|_| kind != JointKind::Continuous);
     let limits = limits.map(|node| {
         let lower = number(node, "lower", Some(0.0))?;
-        Ok([lower, number(node, "upper", Some(0.0))?])
+        Ok::<_, Fault>([lower, number(node, "upper", Some(0.0))?])
     });
     let mimic = child(node, "mimic").map(|node| {
-        Ok(Mimic {
+        Ok::<_, Fault>(Mimic {
             joint: attribute(node, "joint")?.to_owned(),
             multiplier: number(node, "multiplier", Some(1.0))?,
             offset: number(node, "offset", Some(0.0))?,
@@ -376,52 +313,11 @@ fn origin(node: Node<'_, '_>) -> Result<Transform, RobotError> {
     Ok(from_rpy(rpy, xyz))
 }
 
-fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
-    node.children().find(|node| node.has_tag_name(name))
-}
-
-fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, RobotError> {
-    match node.attribute(name) {
-        Some(text) => Ok(text.trim()),
-        None => {
-            let tag = node.tag_name().name();
-            fail(node, format!("`{tag}` without `{name}`"))
-        }
-    }
-}
-
-fn number(node: Node<'_, '_>, name: &str, missing: Option<f64>) -> Result<f64, RobotError> {
-    numbers(node, name, missing.map(|number| [number])).map(|[number]| number)
-}
-
-/// The numbers of an attribute, or their defaults if it is missing.
-fn numbers<const N: usize>(
-    node: Node<'_, '_>,
-    name: &str,
-    missing: Option<[f64; N]>,
-) -> Result<[f64; N], RobotError> {
-    if let (None, Some(missing)) = (node.attribute(name), missing) {
-        return Ok(missing);
-    }
-    let text = attribute(node, name)?;
-    let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
-    let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
-    match numbers.filter(|numbers: &[f64; N]| numbers.iter().all(|x| x.abs() <= LARGEST)) {
-        Some(numbers) => Ok(numbers),
-        None => {
-            let must = format!("must be {N} numbers of at most {LARGEST:e}");
-            fail(node, format!("`{name}` is \"{text}\", {must}"))
-        }
-    }
-}
-
 /// The mesh files of a robot. Each is read once for each scale.
 struct Meshes<'o> {
-    folder: &'o Path,
-    options: &'o UrdfOptions,
+    files: Packages<'o>,
+    are_solids: bool,
     read: HashMap<(PathBuf, [u64; 3]), Shape>,
-    /// The folders of packages that were sought by their `package.xml`.
-    packages: HashMap<String, Vec<PathBuf>>,
     notices: Notices,
 }
 
@@ -432,19 +328,17 @@ impl Meshes<'_> {
         name: &str,
         scale: [f64; 3],
     ) -> Result<Shape, RobotError> {
-        let key = (self.find(name)?, scale.map(f64::to_bits));
+        let key = (self.files.find(name)?, scale.map(f64::to_bits));
         if let Some(shape) = self.read.get(&key) {
             return Ok(shape.clone());
         }
-        let loaded = punctual_io::load(&key.0)
-            .map_err(|error| fault(None, error.to_string(), error.kind()))?;
+        let loaded = punctual_io::load(&key.0).map_err(|error| {
+            let (line, what, kind) = (None, error.to_string(), error.kind());
+            Fault { line, what, kind }
+        })?;
         let mesh = loaded.mesh.scaled_by(scale);
         let mesh = mesh.or_else(|error| refuse(format!("mesh {name}: {error}")))?;
-        let shape = if self.options.solids {
-            Shape::solid(mesh)
-        } else {
-            Shape::mesh(mesh)
-        };
+        let shape = [Shape::mesh, Shape::solid][usize::from(self.are_solids)](mesh);
         let solid = shape.surface().solid();
         if let Some(solid) = solid.filter(|solid| !solid.is_closed()) {
             let why = format!("it has {} open edges", solid.open_edges());
@@ -453,74 +347,6 @@ impl Meshes<'_> {
         }
         self.read.insert(key, shape.clone());
         Ok(shape)
-    }
-
-    /// The file of a name, which may be a URL.
-    fn find(&mut self, name: &str) -> Result<PathBuf, RobotError> {
-        let mut kinds = ["package://", "model://"].iter();
-        let Some(path) = kinds.find_map(|kind| name.strip_prefix(kind)) else {
-            let path = name.strip_prefix("file://").unwrap_or(name);
-            return Ok(self.folder.join(path));
-        };
-        let (package, rest) = path.split_once('/').unwrap_or(("", path));
-        let folder = fs::canonicalize(self.folder).unwrap_or(self.folder.to_owned());
-        let packages = self.options.packages.iter().map(PathBuf::as_path);
-        let path = path.trim_start_matches('/');
-        for folder in packages.chain(folder.ancestors()) {
-            let is_package = folder.file_name().is_some_and(|name| name == package);
-            let within = is_package.then(|| folder.join(rest));
-            let mut files = [folder.join(path)].into_iter().chain(within);
-            if let Some(file) = files.find(|file| file.is_file()) {
-                return Ok(file);
-            }
-        }
-        let named = self.packages.entry(package.to_owned()).or_insert_with(|| {
-            let mut found = Vec::new();
-            for folder in &self.options.packages {
-                add_packages(package, folder, DEEPEST, &mut found);
-            }
-            for folder in folder.ancestors() {
-                add_packages(package, folder, 1, &mut found);
-            }
-            found
-        });
-        let mut files = named.iter().map(|folder| folder.join(rest));
-        files.find(|file| file.is_file()).ok_or_else(|| {
-            let sought = "not found in the package folders, nor in those above the URDF file";
-            let what = format!("mesh {name}: {sought}, by folder or package.xml");
-            fault(None, what, Some(io::ErrorKind::NotFound))
-        })
-    }
-}
-
-/// Levels of folders in which packages are sought by their `package.xml`.
-const DEEPEST: usize = 5;
-
-/// Adds the folders whose `package.xml` has this name, down to some levels below a folder. As in
-/// ROS, there are no packages within packages.
-fn add_packages(package: &str, folder: &Path, levels: usize, found: &mut Vec<PathBuf>) {
-    if let Ok(bytes) = fs::read(folder.join("package.xml")) {
-        let text = decode(&bytes);
-        let text = without_late_declaration(&text);
-        let document = Document::parse(&text);
-        let name = document.as_ref().ok().and_then(|document| {
-            let name = child(document.root_element(), "name")?;
-            name.text()
-        });
-        if name.is_some_and(|name| name.trim() == package) {
-            found.push(folder.to_owned());
-        }
-        return;
-    }
-    let Some(below) = levels.checked_sub(1) else {
-        return;
-    };
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-    folders.retain(|path| path.is_dir());
-    folders.sort_unstable();
-    for folder in folders {
-        add_packages(package, &folder, below, found);
     }
 }
 
@@ -532,7 +358,7 @@ fn allow(root: Node<'_, '_>, robot: &mut Description) -> Result<Notices, RobotEr
         "enable_collisions",
         "disable_default_collisions",
     ];
-    notices.pass_over(root, "", &read);
+    pass_over(&mut notices, root, "", &read);
     for node in root.children() {
         let keys: &[&str] = match node.tag_name().name() {
             "disable_collisions" | "enable_collisions" => &["link1", "link2"],

@@ -59,8 +59,8 @@ pub(crate) struct World {
     /// The shapes that move, by index.
     pub moving: Vec<u32>,
     pub margins: Margins,
-    /// The pairs of names that were told whether they may touch, each in ascending order.
-    pub told: Vec<([String; 2], bool)>,
+    /// Pairs of names, each in ascending order, and whether the caller lets them touch.
+    pub set_pairs: Vec<([String; 2], bool)>,
     /// The largest margin of a pair.
     pub widest: f64,
     /// Another one after every change of a shape, a pair or a margin. No two worlds have the same
@@ -80,7 +80,7 @@ impl World {
             tracks: Vec::new(),
             moving: Vec::new(),
             margins: Margins::default(),
-            told: Vec::new(),
+            set_pairs: Vec::new(),
             widest: 0.0,
             version: next_version(),
             changed: None,
@@ -274,13 +274,13 @@ impl World {
         let [x, y] = pair.map(|i| &self.shapes[i]);
         let may_touch =
             |x: &PlacedShape, y: &PlacedShape| y.link.is_some_and(|link| x.touches.contains(&link));
-        let told = |(names, _): &&([String; 2], bool)| {
+        let is_of_pair = |(names, _): &&([String; 2], bool)| {
             let is = |shape, i: usize| self.model.is_named(shape, &names[i]);
             is(x, 0) && is(y, 1) || is(x, 1) && is(y, 0)
         };
-        let told = self.told.iter().rev().find(told);
+        let set = self.set_pairs.iter().rev().find(is_of_pair);
         let is_allowed = match [x.link, y.link] {
-            _ if told.is_some() => told.is_some_and(|told| told.1),
+            _ if set.is_some() => set.is_some_and(|set| set.1),
             [Some(x), Some(y)] if self.model.allowed.contains(&sorted([x, y])) => true,
             [Some(_), Some(_)] => {
                 let follows = |x: u32, y: u32| self.model.bodies[x as usize].parent == y;

@@ -56,7 +56,7 @@ pub const WORK_PER_PAIR_OF_GROUPS: u64 = 300;
 pub const WORK_PER_KEPT_PAIR: u64 = 3;
 
 /// Work of reading the findings of a task about groups.
-pub const WORK_PER_TOLD_PAIR: u64 = 300;
+pub const WORK_PER_REPORTED_PAIR: u64 = 300;
 
 /// Work of listing a pair that was found to meet before the broad phase.
 pub const WORK_PER_FOUND_PAIR: u64 = 25;

@@ -40,12 +40,12 @@ impl Scene {
     /// scene.track_contacts();
     /// scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))?;
     /// let id = scene.insert(Body::moving(ball, Pose::IDENTITY))?;
-    /// let mut told = Vec::new();
+    /// let mut phases = Vec::new();
     /// for place in [2.5, 1.9, 1.8, 2.5] {
     ///     scene.set_pose(id, Pose::new(DMat3::IDENTITY, [place, 0.0, 0.0])?)?;
-    ///     told.extend(scene.detect(Budget::unlimited()).contacts.iter().map(|contact| (contact.phase, contact.age)));
+    ///     phases.extend(scene.detect(Budget::unlimited()).contacts.iter().map(|contact| (contact.phase, contact.age)));
     /// }
-    /// assert_eq!(told, [(ContactPhase::Began, 0), (ContactPhase::Persists, 1), (ContactPhase::Ended, 2)]);
+    /// assert_eq!(phases, [(ContactPhase::Began, 0), (ContactPhase::Persists, 1), (ContactPhase::Ended, 2)]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn track_contacts(&mut self) {
@@ -70,7 +70,7 @@ impl Events {
         self.last.len()
     }
 
-    pub fn tell(&mut self, bodies: &Bodies, broad: &Broad, report: &mut Report) {
+    pub fn report(&mut self, bodies: &Bodies, broad: &Broad, report: &mut Report) {
         if !self.on {
             return;
         }

@@ -31,7 +31,7 @@ impl Scene {
             && self.broad.open == 0
             && !self.broad.has_cropped();
         if is_still && self.report.is_final() && self.schedule.open == 0 {
-            return self.tell_again(started, clock);
+            return self.report_again(started, clock);
         }
         if self.pairs.len() >= SHARED_PAIRS {
             executor.call();
@@ -101,7 +101,7 @@ impl Scene {
         };
         let ended = schedule.run(&frame, &mut found, &mut share, report, scratch);
         let requests = &mut Arc::make_mut(bodies).distance_requests;
-        schedule.told.hand_on(requests, number);
+        schedule.reported.hand_on(requests, number);
         report.broad_phase_work = share.spent;
         report.elapsed = ended
             .zip(started)
@@ -113,11 +113,11 @@ impl Scene {
 
     /// Repeats the report of the last frame, because nothing has changed. Only the ages of contacts
     /// grow.
-    fn tell_again(&mut self, started: Option<Duration>, clock: &dyn Clock) {
+    fn report_again(&mut self, started: Option<Duration>, clock: &dyn Clock) {
         self.rest = [self.schedule.began_list, self.report.frame];
         let report = &mut self.report;
         (report.work, report.bv_tests, report.broad_phase_work) = (0, 0, 0);
-        self.events.tell(&self.bodies, &self.broad, report);
+        self.events.report(&self.bodies, &self.broad, report);
         report.elapsed = started.map(|started| clock.now().saturating_sub(started));
     }
 }

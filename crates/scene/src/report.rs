@@ -25,10 +25,9 @@ pub struct PairReport {
     /// margins, at most 1: the witness.
     pub found: u64,
     /// True if nothing is left to find. In [`punctual::Mode::Any`] the pair is decided, and its
-    /// distance and its time of impact are known if requested: both, if both are. In
-    /// [`punctual::Mode::All`] all intersections have
-    /// been found. A complete pair can be undecided if rounding hides whether bodies with margins
-    /// meet, or moving bodies at the start.
+    /// distance and its time of impact are known if they are requested. In [`punctual::Mode::All`]
+    /// all intersections have been found. A complete pair can be undecided: if rounding hides
+    /// whether bodies with margins meet, or whether moving bodies meet at the start.
     pub complete: bool,
     /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open; 0.5 if
     /// the pair is complete but undecided. Otherwise, for a pair whose query was stopped, it is

@@ -197,7 +197,7 @@ fn ask(
     let mut clearance = |scope| {
         let options = ClearanceOptions::default();
         let options = options.tolerance(tolerance).scope(scope);
-        Ok(checker.clearance(q, &options, budget)?.value)
+        Ok::<_, RobotError>(checker.clearance(q, &options, budget)?.value)
     };
     Ok(Known {
         met,

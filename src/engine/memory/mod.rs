@@ -1,8 +1,8 @@
 //! State of a pair of meshes that is kept from frame to frame.
 
 pub(crate) mod clearance;
+mod corrections;
 pub(crate) mod identity;
-mod told;
 
 use crate::engine::frontier::PATHS;
 use crate::engine::options::Mode;
@@ -14,10 +14,10 @@ use crate::tree::Tree;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use clearance::Clearance;
+use corrections::Corrections;
+pub(crate) use corrections::Sought;
 use identity::ManifoldMemory;
 use punctual_geom::Pose;
-pub(crate) use told::Sought;
-use told::Told;
 
 /// Maximum number of witnesses of [`Mode::Any`] that are remembered and tested before anything
 /// else: one batch.
@@ -72,7 +72,8 @@ pub struct PairMemory {
     last_work: Option<(Sought, u64)>,
     /// Corrections of predictions for this pair; `None` in scenes, which have many memories and do
     /// not predict.
-    told: Option<Box<Told>>,
+    #[cfg_attr(feature = "serde", serde(rename = "told"))]
+    corrections: Option<Box<Corrections>>,
     frames_undecided: u32,
     #[cfg_attr(feature = "serde", serde(deserialize_with = "rate"))]
     change_rate: Option<f64>,
@@ -94,7 +95,7 @@ impl Default for PairMemory {
     fn default() -> Self {
         Self {
             clearance: Some(Box::new(Clearance::NOTHING)),
-            told: Some(Box::default()),
+            corrections: Some(Box::default()),
             ..Self::without_clearance()
         }
     }
@@ -117,7 +118,7 @@ impl PairMemory {
             last_verdict: None,
             last_bv_tests: None,
             last_work: None,
-            told: None,
+            corrections: None,
             frames_undecided: 0,
             change_rate: None,
         }
@@ -151,7 +152,7 @@ impl PairMemory {
     /// The quantiles of the work left in a query that has done `used`: those of the model,
     /// corrected by earlier predictions for this pair. Until a correction is learned, a prediction
     /// before a query is `after`, which follows from the query before.
-    pub(crate) fn tell(
+    pub(crate) fn predict(
         &self,
         sought: Sought,
         key: &Key,
@@ -159,8 +160,8 @@ impl PairMemory {
         model: Quantiles,
         after: impl FnOnce() -> Option<Quantiles>,
     ) -> Quantiles {
-        let told = self.told.as_ref();
-        told.and_then(|told| told.tell(sought, key, used, model))
+        (self.corrections.as_ref())
+            .and_then(|corrections| corrections.predict(sought, key, used, model))
             .or_else(|| (used == 0.0).then(after).flatten())
             .unwrap_or(model)
     }
@@ -173,8 +174,8 @@ impl PairMemory {
         done: u64,
         is_finished: bool,
     ) {
-        if let Some(told) = &mut self.told {
-            told.learn(sought, workspace.run.key.as_ref(), done, is_finished);
+        if let Some(corrections) = &mut self.corrections {
+            corrections.learn(sought, workspace.run.key.as_ref(), done, is_finished);
         }
     }
 
@@ -235,14 +236,14 @@ impl PairMemory {
             self.nearest = self.nearest.filter(|&[x, y]| exists(a, x) && exists(b, y));
         } else if self.trees != trees {
             // The clearance checks its trees itself.
-            let mut told = self.told.take();
-            if let Some(told) = &mut told {
-                **told = Told::default();
+            let mut corrections = self.corrections.take();
+            if let Some(corrections) = &mut corrections {
+                **corrections = Corrections::default();
             }
             *self = Self {
                 trees,
                 clearance: self.clearance.take(),
-                told,
+                corrections,
                 ..Self::without_clearance()
             };
         }

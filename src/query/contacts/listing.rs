@@ -14,8 +14,7 @@ where
     Self: Ask<Q>,
 {
     /// The progress of the run for contacts or manifolds in the workspace.
-    #[doc(hidden)]
-    pub fn listing(&self, workspace: &Workspace) -> Listing {
+    pub(crate) fn listing(&self, workspace: &Workspace) -> Listing {
         let asked = self.key().asked;
         // Once all pairs are listed, the frontier holds nodes that rays enter.
         let is_listed =

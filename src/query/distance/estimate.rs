@@ -61,8 +61,7 @@ impl Query<'_, Distance> {
         })
     }
 
-    #[doc(hidden)]
-    pub fn closing(&self, work: u64, [low, high]: [f64; 2]) -> Closing {
+    pub(crate) fn closing(&self, work: u64, [low, high]: [f64; 2]) -> Closing {
         let pairs = self.a.mesh().len() as f64 * self.b.mesh().len() as f64;
         let [of_a, of_b] = [self.a.unit(), self.b.unit()];
         let middles = self.middle().length();
@@ -81,7 +80,7 @@ impl Query<'_, Distance> {
 
     pub(crate) fn work_left(&self, closing: &Closing, memory: Option<&PairMemory>) -> Quantiles {
         let model = closing::work_left(closing);
-        self.told(memory, self.sought(), closing.work, model, |memory| {
+        self.predicted(memory, self.sought(), closing.work, model, |memory| {
             let previous = memory.last_work_of(Sought::Distance)?;
             let is_whole = closing.limit.is_none();
             is_whole.then(|| closing::work_after(previous as f64))

@@ -178,8 +178,7 @@ impl Query<'_, Intersection> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
-    #[doc(hidden)]
-    pub fn frontier(&self, workspace: &Workspace) -> Result<FrontierSummary, ResumeError> {
+    pub(crate) fn frontier(&self, workspace: &Workspace) -> Result<FrontierSummary, ResumeError> {
         self.frontier_while(workspace, &|| true)
     }
 
@@ -224,8 +223,7 @@ impl Query<'_, Intersection> {
     }
 
     /// The frontier before the query: its root, opened on trial.
-    #[doc(hidden)]
-    pub fn frontier_before(&self) -> FrontierSummary {
+    pub(crate) fn frontier_before(&self) -> FrontierSummary {
         let relative = RelativePose::new(self.a, self.b, &self.asked.b_in_a);
         let mut probe = Probe::new(
             [self.a, self.b],
@@ -273,9 +271,9 @@ impl Query<'_, Intersection> {
             })
         };
         let used = frontier.bv_tests;
-        let told = self.told(memory, Sought::tests(mode), used, tests, after);
+        let tests_left = self.predicted(memory, Sought::tests(mode), used, tests, after);
         let work_after = |memory: &PairMemory| Some(Prediction::of(after(memory)?).work);
-        let work = self.told(
+        let work = self.predicted(
             memory,
             Sought::work(mode),
             work as f64,
@@ -284,7 +282,7 @@ impl Query<'_, Intersection> {
         );
         Prediction {
             work,
-            ..Prediction::of(told)
+            ..Prediction::of(tests_left)
         }
     }
 

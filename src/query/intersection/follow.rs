@@ -115,8 +115,8 @@ impl<const POINTS: bool> Traversal<'_, '_, Meeting<'_>, POINTS> {
         end.curve.place(corners, 1.01 * (of_a + of_b));
     }
 
-    /// Removes, from the crossing edges of a pair, those up to the first beyond which the pair is
-    /// unknown, and returns that one.
+    /// Takes the next crossing edge of a pair beyond which the pair of triangles is not known yet.
+    /// Earlier ones are dropped.
     #[inline(always)]
     fn next_edge(&mut self, pair: [u32; 2], crossings: &mut u32) -> Option<(usize, usize)> {
         let trees = [self.a, self.b];

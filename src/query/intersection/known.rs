@@ -12,7 +12,7 @@ use alloc::boxed::Box;
 pub(crate) const ROOM: usize = 1 << 12;
 const SLOTS: usize = 2 * ROOM;
 
-/// No index of an entry.
+/// Stands for no entry: one more than the last index.
 const FREE: usize = ROOM;
 
 /// A pair of leaves and the mask of their known triangle pairs: bit `8 i + j` for triangle `i` of

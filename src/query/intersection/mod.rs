@@ -136,8 +136,8 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// For comparisons: the simplest rival of all orders. A stack, without a queue, ranks of
-    /// siblings, traced curves or remembered triangles; the order has no effect then.
+    /// For comparisons: the simplest traversal. It uses a stack, and no queue, ranks of siblings,
+    /// traced curves or remembered triangles. The order has no effect then.
     #[must_use]
     pub fn plain(mut self) -> Self {
         self.asked.options.is_plain = true;

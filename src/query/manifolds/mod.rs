@@ -173,7 +173,7 @@ impl<'t> Query<'t, Manifolds> {
     }
 
     /// Writes the list: the deepest first, of equal ones in the order of discovery.
-    fn tell(
+    fn write_list(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut ManifoldMemory>,
@@ -185,7 +185,7 @@ impl<'t> Query<'t, Manifolds> {
         all.extend_from_slice(workspace.state.manifolds.overlaps.manifolds());
         let before = Before::new(memory.as_deref(), to_b, self.size());
         let reduction = &workspace.state.manifolds.reduction;
-        reduction.skin.tell(&mut all, before);
+        reduction.skin.append_to(&mut all, before);
         number(&mut all);
         // A stable sort would allocate.
         all.sort_unstable_by(|x: &Manifold, y| {
@@ -249,7 +249,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             };
         }
         workspace.run.stopped = !stop.is_final();
-        self.tell(workspace, known, &to_b, stop);
+        self.write_list(workspace, known, &to_b, stop);
         if let Some(memory) = memory {
             memory.learn(
                 Sought::Manifolds,
@@ -285,7 +285,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         let model = manifolds_left(&self.listing(workspace));
         let done = workspace.work() as f64;
         (
-            self.told(memory, Sought::Manifolds, done, model, |_| None),
+            self.predicted(memory, Sought::Manifolds, done, model, |_| None),
             None,
         )
     }

@@ -673,8 +673,8 @@ impl Reduction {
     /// Does the next step with two triangles (tree order) that may intersect, or be as close as B
     /// is drawn in. Returns true if it was the last one.
     ///
-    /// 1. Until the surfaces are known to meet: do these triangles, or how far are they apart?
-    ///    Those clearly apart are of the skin.
+    /// 1. Until the surfaces are known to meet: do these triangles meet, and if not, how far apart
+    ///    are they? Those clearly apart are of the skin.
     /// 2. How far are the corners of B's triangle drawn in?
     /// 3. With B drawn in: a pair of a curve, or one of the skin.
     pub fn take_near(

@@ -20,8 +20,7 @@ impl Query<'_, Impact> {
         self.work_left(&self.passing(0, 0.0, None), memory)
     }
 
-    #[doc(hidden)]
-    pub fn passing(&self, work: u64, free_until: f64, touching_at: Option<f64>) -> Passing {
+    pub(crate) fn passing(&self, work: u64, free_until: f64, touching_at: Option<f64>) -> Passing {
         let relative_motion = self.relative_motion();
         let until = touching_at.unwrap_or(1.0);
         let (from, left) = (free_until.min(until), (until - free_until).max(0.0));
@@ -52,7 +51,7 @@ impl Query<'_, Impact> {
 
     pub(super) fn work_left(&self, passing: &Passing, memory: Option<&PairMemory>) -> Quantiles {
         let model = passing::work_left(passing);
-        self.told(memory, Sought::Motion, passing.work, model, |memory| {
+        self.predicted(memory, Sought::Motion, passing.work, model, |memory| {
             let previous = memory.last_work_of(Sought::Motion)?;
             Some(passing::work_after(previous as f64))
         })

@@ -111,7 +111,7 @@ pub struct PointBounds {
     /// True if the point is inside or on the surface. `None` if that is not known: the query
     /// stopped, or the winding number of an open solid is 1/2 to its error.
     pub inside: Option<bool>,
-    /// True if the point is on the surface. Not known to be false before the winding number is.
+    /// True if the point is on the surface. False is final only once the winding number is known.
     pub is_on_surface: bool,
     /// The signed distance, if it was asked for. `None` for an empty mesh.
     pub distance: Option<SignedDistance>,

@@ -26,7 +26,8 @@ pub(super) struct Near {
     margin: f32,
     /// Squared distance in units from which on nothing matters.
     pub cut: f32,
-    /// Direction from the nearest point to the point, and the part of it at which the plane lies.
+    /// Direction from the nearest point to the point. Boxes whose upper end along it is at most
+    /// `behind` lie behind the plane through the nearest point.
     normal: [f32; 3],
     behind: f32,
 }
@@ -149,8 +150,8 @@ impl Near {
     }
 }
 
-/// Least length of the way to the point, in units, whose direction `f32` has.
+/// Way to the point, in units, up to which its direction is too inexact.
 const LEAST_WAY: f64 = 1e-9;
 
-/// Roundings of a projection on a direction whose largest component is 1, in units, twice.
+/// Twice the rounding, in units, of a projection on a direction whose largest component is 1.
 const PLANE_MARGIN: f32 = 512.0 * ROUNDING;

@@ -252,8 +252,8 @@ impl<const POINTS: bool> Traversal<'_, '_, Cast<'_>, POINTS> {
         let rays = &mut self.question.rays;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
         let state = &mut self.workspace.state.rays;
-        // Field by field, as it was found: loading what several stores wrote would wait until all
-        // are in the cache.
+        // Copies field by field, as the hit was stored: a load that spans several recent stores
+        // would wait until all of them are in the cache.
         state.first_hits.push(None);
         let answer = state.first_hits.last_mut()?;
         if let Some(RayHit { triangle, t, side }) = state.hit {

@@ -37,9 +37,9 @@ pub struct Tracked {
 impl Tracked {
     fn add(&mut self, case: usize, used: f64, actual: f64, model: Quantiles) {
         let (tracker, covered) = self.pairs.entry(case).or_default();
-        let told = tracker.told(model);
-        self.costs.add(used, actual, told);
-        covered.push(actual <= used + told.p90 + 0.5);
+        let corrected = tracker.corrected(model);
+        self.costs.add(used, actual, corrected);
+        covered.push(actual <= used + corrected.p90 + 0.5);
         tracker.learn(model, actual - used, true);
     }
 

@@ -5,7 +5,7 @@ use punctual::distance::Distance;
 use punctual::engine::{Ask, Question, Remembers};
 use punctual::glam::DVec3;
 use punctual::impact::Impact;
-use punctual::internals::{Batch, Closing, Listing, Passing, Random};
+use punctual::internals::{self, Batch, Closing, Listing, Passing, Random};
 use punctual::rays::{RayBounds, RayMode};
 use punctual::tree::Solid;
 use punctual::{Answer, Budget, BuildOptions, PairMemory, Query, Ray, StopReason, Tree, Workspace};
@@ -151,7 +151,7 @@ impl Asker<'_> {
     /// The moments of a query; the distance.
     fn distance(&mut self, query: &Query<Distance>, last: Last) -> f64 {
         let closing = |work, bounds| Approaching {
-            closing: query.closing(work, bounds),
+            closing: internals::closing(query, work, bounds),
             distance: 0.0,
         };
         let before = closing(0, [0.0, f64::INFINITY]);
@@ -187,10 +187,11 @@ impl Asker<'_> {
     }
 
     fn motion(&mut self, query: &Query<Impact>, last: Last) {
-        let before = query.passing(0, 0.0, None);
+        let before = internals::passing(query, 0, 0.0, None);
         let (said, moments) = moments(self.number, last, Some(before), |memory, budget| {
             let said = query.with_memory(memory).run(&mut self.workspace, budget);
-            let seen = query.passing(said.stats.work, said.value.lower, said.value.upper);
+            let seen =
+                internals::passing(query, said.stats.work, said.value.lower, said.value.upper);
             (said, seen)
         });
         if said.value.upper != Some(0.0) {
@@ -222,7 +223,7 @@ impl Asker<'_> {
     {
         let run = |_: Option<&mut PairMemory>, budget: ClockedBudget| {
             let said = query.run(&mut self.workspace, budget);
-            (said, query.listing(&self.workspace))
+            (said, internals::listing(query, &self.workspace))
         };
         moments(self.number, None, None, run).1
     }

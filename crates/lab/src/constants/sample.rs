@@ -1,7 +1,7 @@
 //! Queries of known truth, stopped on the way: what the model sees, and what came of it.
 
 use punctual::clock::ManualClock;
-use punctual::internals::{FrontierSummary, Lead, pair_cost};
+use punctual::internals::{self, FrontierSummary, Lead, pair_cost};
 use punctual::intersection::Intersection;
 use punctual::prediction::{Counts, History};
 use punctual::{Answer, Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
@@ -129,7 +129,7 @@ impl Sampler<'_> {
         let whole = run(query, &mut self.workspace, memory.cloned().as_mut(), None);
         let before = self.samples.len();
         self.samples
-            .push(sample(None, query.frontier_before(), &whole));
+            .push(sample(None, internals::frontier_before(query), &whole));
         for stop in STOPS {
             let limit = (stop * complete.stats.work as f64) as u64;
             let outcome = run(
@@ -139,7 +139,7 @@ impl Sampler<'_> {
                 Some(limit),
             );
             if outcome.stop == StopReason::WorkLimit
-                && let Ok(frontier) = query.frontier(&self.workspace)
+                && let Ok(frontier) = internals::frontier(query, &self.workspace)
             {
                 let end = advance(query, &mut self.workspace, None, outcome, None, drop);
                 self.samples.push(sample(Some(stop), frontier, &end));

@@ -153,7 +153,7 @@ impl Scene {
     /// const SCENERY: u32 = 2;
     /// let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     /// let mut scene = Scene::new();
-    /// // Solids have contacts with each other. What touches the scenery is only told.
+    /// // Solids have contacts with each other. A touch of the scenery is only reported.
     /// scene.find_contacts_between(Filter::new(SOLID, SOLID));
     /// let mut insert = |x, group| {
     ///     let place = Pose::new(DMat3::IDENTITY, [x, 0.0, 0.0]).unwrap();

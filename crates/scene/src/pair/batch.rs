@@ -238,7 +238,7 @@ impl Turn {
         let (verdict, spent) = (self.known).search(bodies, workspace, deadline, to_the_end, frame);
         self.spent.add(spent);
         if verdict == Verdict::Undecided {
-            self.known.tell(&mut self.state, bodies, frame);
+            self.known.update(&mut self.state, bodies, frame);
             if spent.work == 0 {
                 return Ended::NotBegun;
             }
@@ -262,7 +262,7 @@ impl Turn {
         if !context.held {
             context.workspace.forget_run();
         }
-        self.known.tell(&mut self.state, bodies, round.frame);
+        self.known.update(&mut self.state, bodies, round.frame);
         let Some([a, b]) = bodies.pair(self.key()) else {
             return Ended::NotBegun;
         };

@@ -71,8 +71,8 @@ impl Frame<'_> {
             .then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
     }
 
-    /// The last frame in which a pair was decided, if a frame `decided` it. Until the end of a rest
-    /// that decision holds.
+    /// The last frame for which the decision of a pair holds that the frame `decided` made: the end
+    /// of the rest, if it was made during the rest.
     pub fn decided(&self, decided: u64) -> u64 {
         let [first, last] = self.rest;
         match (first..last).contains(&decided) {

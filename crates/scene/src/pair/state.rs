@@ -17,16 +17,16 @@ use punctual::prediction::{Calibration, MAX_STEP_WORK};
 use punctual::{PairMemory, Verdict};
 
 /// Maximum number of estimates of a pair that are kept until it is decided.
-const TOLD: usize = 8;
+const MOST_ESTIMATES: usize = 8;
 
 /// A witness that exists in no pair of trees.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
 
 /// The reported results of a pair, besides verdicts.
 #[derive(Clone, Debug)]
-pub(crate) enum Said {
+pub(crate) enum Reported {
     /// Probabilities that estimates reported for the current poses, until the pair is decided.
-    Estimates(ArrayVec<f64, TOLD>),
+    Estimates(ArrayVec<f64, MOST_ESTIMATES>),
     /// The last proven bounds of its distance, with the frame of the proof, and of its time of
     /// impact.
     Bounds(Bounds, u64, Times),
@@ -105,7 +105,7 @@ impl Turn {
         self.end(frame, is_timed);
         let (state, standing) = (&self.state, &self.standing);
         let complete = state.completed == frame;
-        self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
+        self.teaches = standing.verdict != Verdict::Undecided && state.has_estimates();
         let asks_contacts = standing.verdict != Verdict::Separated
             && bodies.wants_contacts(key)
             && bodies.small_drift(key, state, frame).is_none();
@@ -141,7 +141,7 @@ pub(crate) struct PairState {
     pub search: u32,
     /// Work of the unfinished run.
     pub pending: Spent,
-    pub said: Said,
+    pub reported: Reported,
     /// The bodies are separated until the sum of their displacements reaches this; 0 if nothing is
     /// proven.
     pub apart: f64,
@@ -169,7 +169,7 @@ impl PairState {
             decided: before,
             search: 0,
             pending: Spent::default(),
-            said: Said::Estimates(ArrayVec::new()),
+            reported: Reported::Estimates(ArrayVec::new()),
             apart: 0.0,
             proves_from: 0,
             separating_plane: SeparatingPlane::default(),
@@ -273,26 +273,28 @@ impl PairState {
     }
 
     /// Stores a reported probability, if there is room.
-    pub fn tell(&mut self, probability: f64) {
-        match &mut self.said {
-            Said::Estimates(told) => {
-                let _ = told.try_push(probability);
+    pub fn add_estimate(&mut self, probability: f64) {
+        match &mut self.reported {
+            Reported::Estimates(estimates) => {
+                let _ = estimates.try_push(probability);
             }
-            said @ Said::Bounds(..) => *said = Said::Estimates([probability].into_iter().collect()),
+            reported @ Reported::Bounds(..) => {
+                *reported = Reported::Estimates([probability].into_iter().collect())
+            }
         }
     }
 
     /// True if there are reported probabilities of a pair that is not decided yet.
-    pub fn has_told(&self) -> bool {
-        matches!(&self.said, Said::Estimates(told) if !told.is_empty())
+    pub fn has_estimates(&self) -> bool {
+        matches!(&self.reported, Reported::Estimates(estimates) if !estimates.is_empty())
     }
 
     /// Drops the reported probabilities, because the bodies have moved, and the record of an
     /// unfinished search for contacts.
     #[inline]
-    pub fn forget_told(&mut self) {
-        if let Said::Estimates(told) = &mut self.said {
-            told.clear();
+    pub fn forget_estimates(&mut self) {
+        if let Reported::Estimates(estimates) = &mut self.reported {
+            estimates.clear();
         }
         if let Some(touch) = &mut self.touch {
             touch.pending = Spent::default();
@@ -301,9 +303,11 @@ impl PairState {
 
     /// Updates the calibration from the reported probabilities of the pair, which is now decided.
     pub fn teach(&mut self, calibration: &mut Calibration) {
-        if let Said::Estimates(told) = &mut self.said {
+        if let Reported::Estimates(estimates) = &mut self.reported {
             let met = self.verdict != Verdict::Separated;
-            told.drain(..).for_each(|told| calibration.learn(told, met));
+            estimates
+                .drain(..)
+                .for_each(|estimate| calibration.learn(estimate, met));
         }
     }
 
@@ -312,8 +316,10 @@ impl PairState {
     pub fn note_proof(&mut self, key: PairKey, bodies: &Bodies, proof: Proof, frame: u64) {
         let changed = bodies.last_change(key);
         let (before, since, times) = self.proven();
-        self.said = match proof {
-            Proof::Impact(found) => Said::Bounds(before, since, times.and(found, changed, frame)),
+        self.reported = match proof {
+            Proof::Impact(found) => {
+                Reported::Bounds(before, since, times.and(found, changed, frame))
+            }
             Proof::Distance(found) => {
                 let gone = bodies.gone_at_least(key);
                 let found = Bounds { gone, ..found };
@@ -326,7 +332,7 @@ impl PairState {
                     let low = found.low.max(carried.low).min(found.high);
                     Bounds { low, ..found }
                 };
-                Said::Bounds(bounds, frame, times)
+                Reported::Bounds(bounds, frame, times)
             }
         };
     }
@@ -334,9 +340,9 @@ impl PairState {
     /// The last proven bounds of its distance, with the frame of the proof, and of its time of
     /// impact. If nothing is proven, they hold in no frame.
     pub fn proven(&self) -> (Bounds, u64, Times) {
-        match self.said {
-            Said::Bounds(bounds, since, times) => (bounds, since, times),
-            Said::Estimates(_) => (Bounds::NOTHING, 0, Times::NOTHING),
+        match self.reported {
+            Reported::Bounds(bounds, since, times) => (bounds, since, times),
+            Reported::Estimates(_) => (Bounds::NOTHING, 0, Times::NOTHING),
         }
     }
 

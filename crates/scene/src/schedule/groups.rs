@@ -87,7 +87,7 @@ impl BoundsOfGroups {
     }
 
     /// Reports the bounds at the end of a frame.
-    pub fn tell(&self, bodies: &Bodies, report: &mut Report) {
+    pub fn report(&self, bodies: &Bodies, report: &mut Report) {
         for (of_group, group) in self.0.iter().zip(&bodies.distance_requests.groups) {
             let Some(id) = group.id else { continue };
             let ceiling = group.ceiling;

@@ -52,7 +52,7 @@ pub(crate) struct Known {
     /// Share of the tests of its latest witnesses in which they still met, in parts of 255;
     /// exponentially weighted mean.
     steadiness: u8,
-    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`TOLD`], [`HOT`].
+    /// [`OVERLAPS`], [`DECIDED`], [`MET`], [`LOST`], [`ESTIMATED`], [`HOT`].
     flags: u8,
 }
 
@@ -65,7 +65,7 @@ const OVERLAPS: u8 = 1;
 const DECIDED: u8 = 2;
 const MET: u8 = 4;
 const LOST: u8 = 8;
-const TOLD: u8 = 16;
+const ESTIMATED: u8 = 16;
 const HOT: u8 = 32;
 
 const _: () = assert!(size_of::<Known>() == 32);
@@ -112,7 +112,7 @@ impl Known {
         frame - u64::from((frame as u32).wrapping_sub(self.since))
     }
 
-    /// A new state of the pair, to be [told](Known::tell) what this entry has recorded.
+    /// A new state of the pair, to be [updated](Known::update) what this entry has recorded.
     pub fn new_state(&self, frame: u64) -> PairState {
         PairState::new(match self.is_decided() {
             true => 0,
@@ -127,8 +127,8 @@ impl Known {
         } else {
             HOT | LOST
         };
-        let told = if state.has_told() { TOLD } else { 0 };
-        (self.cost, self.flags) = (state.cost(), OVERLAPS | self.flags & kept | told);
+        let estimated = if state.has_estimates() { ESTIMATED } else { 0 };
+        (self.cost, self.flags) = (state.cost(), OVERLAPS | self.flags & kept | estimated);
         if state.met() || state.completed > 0 {
             self.since = state.completed as u32;
         }
@@ -152,7 +152,7 @@ impl Known {
     /// Updates the state with what the list has recorded here since the last turn. `frame` is the
     /// current frame.
     #[inline]
-    pub fn tell(&self, state: &mut PairState, bodies: &Bodies, frame: u64) {
+    pub fn update(&self, state: &mut PairState, bodies: &Bodies, frame: u64) {
         let since = self.since(frame);
         if since <= state.decided || !self.is_decided() {
             return;
@@ -317,9 +317,9 @@ impl Known {
     }
 
     /// Forgets that probabilities of it were reported. True if they were.
-    pub fn forget_told(&mut self) -> bool {
-        let had = self.is(TOLD);
-        self.flags &= !TOLD;
+    pub fn forget_estimates(&mut self) -> bool {
+        let had = self.is(ESTIMATED);
+        self.flags &= !ESTIMATED;
         had
     }
 
@@ -348,7 +348,7 @@ impl Known {
                 || self.cost <= LONG_SEARCH && !bodies.pair(self.key).is_some_and(is_slow)
         };
         let is_special = bodies.has_special && bodies.is_special(self.key);
-        !self.is(TOLD) && !is_special && is_simple()
+        !self.is(ESTIMATED) && !is_special && is_simple()
     }
 
     /// True if its witnesses were lost since then.

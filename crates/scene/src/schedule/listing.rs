@@ -288,10 +288,10 @@ impl<'l> Listing<'l> {
             return true;
         }
         let changed = self.frame.changed(key);
-        let had_told = changed == number && known.forget_told();
+        let had_estimates = changed == number && known.forget_estimates();
         let known = *known;
         let is_plain = !SPECIAL && self.frame.mode == Mode::Any && !bodies.wants_contacts(key);
-        if is_plain && changed == number && !had_told {
+        if is_plain && changed == number && !had_estimates {
             if !self.decide(pair, &known) {
                 self.list_open(pair, &known);
             }
@@ -299,7 +299,7 @@ impl<'l> Listing<'l> {
         }
         let state = self.pairs.state_of(known, self.frame);
         if changed == number {
-            state.forget_told();
+            state.forget_estimates();
         }
         let mut complete = state.completed >= changed;
         // A verdict holds while both bodies rest, even if more contacts may be left to find.

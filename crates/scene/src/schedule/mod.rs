@@ -61,7 +61,8 @@ use super::pair::question::Question;
 use super::report::Report;
 use super::room::reserve;
 use crate::cost::{
-    LEAST_WORK, WORK_PER_KEPT_PAIR, WORK_PER_PLANNED_PAIR, WORK_PER_ROOT_TEST, WORK_PER_TOLD_PAIR,
+    LEAST_WORK, WORK_PER_KEPT_PAIR, WORK_PER_PLANNED_PAIR, WORK_PER_REPORTED_PAIR,
+    WORK_PER_ROOT_TEST,
 };
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -129,7 +130,7 @@ pub(crate) struct Schedule {
     /// end of the frame.
     without_task: BoundsOfGroups,
     listed: BoundsOfGroups,
-    pub told: BoundsOfGroups,
+    pub reported: BoundsOfGroups,
     /// The frame that began the list; and true if the next frame may go on with it.
     pub began_list: u64,
     goes_on: bool,
@@ -167,7 +168,7 @@ impl Schedule {
     pub fn reserve_groups(&mut self, groups: usize, report: &mut Report) {
         self.without_task.reserve(groups);
         self.listed.reserve(groups);
-        self.told.reserve(groups);
+        self.reported.reserve(groups);
         reserve(&mut report.group_distances, groups);
     }
 
@@ -340,12 +341,12 @@ impl Schedule {
                 self.tight = 0;
             }
         }
-        self.tell(frame, found, report, estimates, lap)
+        self.report(frame, found, report, estimates, lap)
     }
 
     /// Reports the results. The rounds ended at `lap`. Measures how long the report takes, and
     /// returns when it ended.
-    fn tell(
+    fn report(
         &mut self,
         frame: &Frame,
         found: &mut Found,
@@ -358,13 +359,13 @@ impl Schedule {
             self.estimate(frame, found.pairs, report)
         });
         self.turns.end_frame(&self.tasks);
-        let telling = self.tell_groups(frame, found, report);
+        let of_groups = self.report_groups(frame, found, report);
         report.finish();
-        found.events.tell(frame.bodies, found.broad, report);
+        found.events.report(frame.bodies, found.broad, report);
         if let Some(took) = frame.lap(&mut lap) {
-            let took = took.saturating_sub(estimating + telling);
-            let told = report.pairs.len() + found.events.len();
-            let most = (2_000 + 10 * told) as f64 + nanoseconds(estimates.unwrap_or_default());
+            let took = took.saturating_sub(estimating + of_groups);
+            let reported = report.pairs.len() + found.events.len();
+            let most = (2_000 + 10 * reported) as f64 + nanoseconds(estimates.unwrap_or_default());
             self.rest.learn(took, most);
         }
         lap
@@ -382,25 +383,25 @@ impl Schedule {
 
     /// Reports the distances of groups, with the findings of the tasks if there is time to read
     /// them. Returns the time that it took.
-    fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
+    fn report_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
         if frame.bodies.distance_requests.groups.is_empty() {
             return Duration::ZERO;
         }
         let mut lap = None;
         frame.lap(&mut lap);
-        self.told.copy(&self.without_task);
+        self.reported.copy(&self.without_task);
         let mut deadline = Deadline::of_a_part(frame.end(self.rest.time()), u64::MAX, frame.clock);
         for &Task { key, place, .. } in self.tasks.iter().filter(|task| task.measures) {
-            if !deadline.has_room(WORK_PER_TOLD_PAIR) {
-                self.told.copy(&self.listed);
+            if !deadline.has_room(WORK_PER_REPORTED_PAIR) {
+                self.reported.copy(&self.listed);
                 break;
             }
-            deadline.spend(WORK_PER_TOLD_PAIR);
+            deadline.spend(WORK_PER_REPORTED_PAIR);
             let state = found.pairs.state(place as usize, frame);
-            self.told.read(key, state, frame);
+            self.reported.read(key, state, frame);
         }
         report.group_distances.clear();
-        self.told.tell(frame.bodies, report);
+        self.reported.report(frame.bodies, report);
         frame.lap(&mut lap).unwrap_or_default()
     }
 
@@ -480,7 +481,7 @@ impl Schedule {
             {
                 // An estimate of a decided pair teaches nothing.
                 if report.pairs[listed as usize].verdict == Verdict::Undecided {
-                    state.tell(estimate.probability);
+                    state.add_estimate(estimate.probability);
                     pairs.note(place as usize, frame.number);
                 }
                 estimate.probability = self.calibration.apply(estimate.probability);
@@ -541,7 +542,7 @@ impl Schedule {
         }
         let is_closed = |task: &&Task| goes_on && task.measures && !task.open;
         for &Task { key, place, .. } in self.tasks.iter().filter(is_closed) {
-            deadline.spend(WORK_PER_TOLD_PAIR);
+            deadline.spend(WORK_PER_REPORTED_PAIR);
             self.without_task
                 .read(key, pairs.state(place as usize, frame), frame);
         }

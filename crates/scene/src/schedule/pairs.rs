@@ -186,7 +186,7 @@ impl Pairs {
                 &mut self.new
             }
         };
-        known.tell(state, frame.bodies, frame.number);
+        known.update(state, frame.bodies, frame.number);
         state
     }
 
@@ -202,7 +202,7 @@ impl Pairs {
         }
     }
 
-    /// Takes the state of a pair out for a turn, with its entry, which must [update](Known::tell)
+    /// Takes the state of a pair out for a turn, with its entry, which must [update](Known::update)
     /// the state first. A pair without a state gets one.
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {

@@ -24,9 +24,9 @@ pub(crate) const PAIR: End = End {
     eighths_of_time: 6,
 };
 
-/// Maximum time that counts for a list after its deadline, and for each pair found before,
-/// nanoseconds.
+/// Maximum time that counts for a list after its deadline, nanoseconds.
 const MOST_CLOSING: f64 = 10_000.0;
+/// Maximum time that counts for each pair found before a list, nanoseconds.
 const MOST_OF_FOUND: f64 = 250.0;
 
 /// The share of a frame.

@@ -400,7 +400,7 @@ impl Skin {
     /// each other are not quite parallel, so the normal of a point is by chance one or the other.
     /// If exactly one overlap has this normal, the points join its manifold: they are where the
     /// same face is not sunk.
-    pub fn tell(&self, all: &mut Vec<Manifold>, before: Before) {
+    pub fn append_to(&self, all: &mut Vec<Manifold>, before: Before) {
         let overlaps = all.len();
         let is_known = |cone: &&Cone| cone.nearest.distance < f64::INFINITY;
         for cone in self.cones.iter().filter(is_known) {
@@ -589,8 +589,8 @@ pub(crate) fn falls_beside(
     ends.is_some_and(|ends| (0..2).any(|side| is_steep[side] && falls(ends, side)))
 }
 
-/// True if `is_it` holds for a place of a vertex, opposite to the feature, of a neighbor of a
-/// triangle (tree order) that shares this feature.
+/// True if a neighbor that shares this feature of a triangle (tree order) has a vertex opposite to
+/// the feature whose place satisfies `is_it`.
 fn goes_on(
     shape: Shape,
     side: usize,

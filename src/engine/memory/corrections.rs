@@ -46,7 +46,7 @@ impl Sought {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]
-pub(crate) struct Told([[Corrected; 2]; KINDS]);
+pub(crate) struct Corrections([[Corrected; 2]; KINDS]);
 
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -92,10 +92,10 @@ fn tag(key: &Key) -> u32 {
     (numbers.into_iter().fold(0, fold) >> 32) as u32 | 1
 }
 
-impl Told {
+impl Corrections {
     /// The quantiles of the work left in a query that has done `used`, from those of the model;
     /// `None` while nothing is learned. Once the query has ended, [`Self::learn`] learns from them.
-    pub fn tell(
+    pub fn predict(
         &self,
         sought: Sought,
         key: &Key,
@@ -109,7 +109,7 @@ impl Told {
         for (word, value) in pending.0.iter().zip([tag(key)].into_iter().chain(numbers)) {
             word.store(value, Relaxed);
         }
-        (!tracker.is_new()).then(|| tracker.told(model))
+        (!tracker.is_new()).then(|| tracker.corrected(model))
     }
 
     /// Learns from a call of a query that has done this much by now.
