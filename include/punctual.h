@@ -5396,6 +5396,53 @@ punctual_status punctual_robot_from_urdf(const char *urdf,
 punctual_status punctual_robot_joints(const struct punctual_robot *robot, size_t *joints);
 
 /**
+ * The name of a joint of the configuration, by its index there; written as that of a shape
+ * (`punctual_robot_shape_name`).
+ *
+ * Fails with BAD_ARGUMENT if there is no such joint.
+ */
+punctual_status punctual_robot_joint_name(const struct punctual_robot *robot,
+                                          size_t joint,
+                                          char *name,
+                                          size_t capacity,
+                                          size_t *length);
+
+/**
+ * The limits of a joint of the configuration, in radians or metres; infinite without. They are
+ * not enforced.
+ *
+ * Fails with BAD_ARGUMENT if there is no such joint.
+ */
+punctual_status punctual_robot_joint_limits(const struct punctual_robot *robot,
+                                            size_t joint,
+                                            double *lower,
+                                            double *upper);
+
+/**
+ * The name of a link, by its index in the URDF file; written as that of a shape.
+ *
+ * Fails with BAD_ARGUMENT if there is no such link.
+ */
+punctual_status punctual_robot_link_name(const struct punctual_robot *robot,
+                                         size_t link,
+                                         char *name,
+                                         size_t capacity,
+                                         size_t *length);
+
+/**
+ * Where the links are in the world at a configuration, in the order of the URDF file. As many
+ * as `capacity` allows are written to `poses`, and how many there are to `count`. Allocates.
+ *
+ * Fails as `punctual_robot_collide`.
+ */
+punctual_status punctual_robot_link_poses(const struct punctual_robot *robot,
+                                          const double *values,
+                                          size_t joints,
+                                          struct punctual_pose *poses,
+                                          size_t capacity,
+                                          size_t *count);
+
+/**
  * The name of a shape: that of its link or of the obstacle, as UTF-8 that ends with a zero
  * byte. As much as `capacity` allows is written to `name`; its whole length, without the zero
  * byte, to `length`.
@@ -5511,6 +5558,23 @@ punctual_status punctual_robot_collide(struct punctual_robot *robot,
                                        struct punctual_robot_collision *collision);
 
 /**
+ * All pairs of shapes that meet, by ascending numbers: two numbers a pair, as many pairs as
+ * `capacity` allows to `shapes`, which has room for `2 * capacity` numbers, and how many there
+ * are to `count`. All of them, unless the budget ends. Allocates.
+ *
+ * Fails as `punctual_robot_collide`.
+ */
+punctual_status punctual_robot_collide_all(struct punctual_robot *robot,
+                                           const double *values,
+                                           size_t joints,
+                                           struct punctual_budget budget,
+                                           const struct punctual_clock *clock,
+                                           uint32_t *shapes,
+                                           size_t capacity,
+                                           size_t *count,
+                                           struct punctual_robot_collision *collision);
+
+/**
  * The least distance of all pairs of shapes at a configuration: bounds that are `tolerance`
  * metres apart, unless the budget ends.
  *
@@ -5558,6 +5622,22 @@ punctual_status punctual_robot_near_pairs(struct punctual_robot *robot,
 punctual_status punctual_robot_edge(struct punctual_robot *robot,
                                     const double *from,
                                     const double *to,
+                                    size_t joints,
+                                    uint32_t first,
+                                    struct punctual_budget budget,
+                                    const struct punctual_clock *clock,
+                                    struct punctual_robot_motion *motion);
+
+/**
+ * Whether a path is free: the straight lines from each of `count` configurations, one after the
+ * other in `knots`, to the next one. Times count the lines. Otherwise as
+ * `punctual_robot_edge`.
+ *
+ * Fails as `punctual_robot_collide`, and with BAD_ARGUMENT for fewer than two configurations.
+ */
+punctual_status punctual_robot_path(struct punctual_robot *robot,
+                                    const double *knots,
+                                    size_t count,
                                     size_t joints,
                                     uint32_t first,
                                     struct punctual_budget budget,

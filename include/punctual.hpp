@@ -1025,6 +1025,21 @@ public:
     return detail::owned<Robot, punctual_robot>(punctual_robot_from_urdf, urdf, srdf, packages, solids ? 1U : 0U);
   }
 
+  /** Writes up to `capacity` bytes with a zero byte at the end; how long the name is without it. */
+  Result<std::size_t> joint_name(std::size_t joint, char *name, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_robot_joint_name, get(), joint, name, capacity);
+  }
+  Result<std::size_t> link_name(std::size_t link, char *name, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_robot_link_name, get(), link, name, capacity);
+  }
+  [[nodiscard]] punctual_status joint_limits(std::size_t joint, double &lower, double &upper) const noexcept {
+    return punctual_robot_joint_limits(get(), joint, &lower, &upper);
+  }
+  /** Writes up to `capacity` poses; how many links there are. */
+  Result<std::size_t> link_poses(const double *values, std::size_t joints, punctual_pose *poses,
+                                 std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_robot_link_poses, get(), values, joints, poses, capacity);
+  }
   Result<std::size_t> joints() const noexcept { return detail::filled<std::size_t>(punctual_robot_joints, get()); }
   /** Writes up to `capacity` bytes with a zero byte at the end; how long the name is without it. */
   Result<std::size_t> shape_name(std::uint32_t shape, char *name, std::size_t capacity) const noexcept {
@@ -1075,6 +1090,13 @@ public:
                                            const punctual_clock *clock = nullptr) noexcept {
     return detail::filled<punctual_robot_collision>(punctual_robot_collide, get(), values, joints, budget, clock);
   }
+  /** Writes up to `capacity` pairs of numbers, and how many there are to `count`. */
+  Result<punctual_robot_collision> collide_all(const double *values, std::size_t joints, punctual_budget budget,
+                                               std::uint32_t *shapes, std::size_t capacity, std::size_t &count,
+                                               const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_collision>(punctual_robot_collide_all, get(), values, joints, budget, clock,
+                                                    shapes, capacity, &count);
+  }
   Result<punctual_robot_clearance> measure(const double *values, std::size_t joints, double tolerance,
                                            punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
     return detail::filled<punctual_robot_clearance>(punctual_robot_measure, get(), values, joints, tolerance, budget,
@@ -1084,6 +1106,12 @@ public:
                                      punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
     return detail::filled<punctual_robot_motion>(punctual_robot_edge, get(), from, to, joints, first ? 1U : 0U, budget,
                                                  clock);
+  }
+  /** The lines between `count` configurations. */
+  Result<punctual_robot_motion> path(const double *knots, std::size_t count, std::size_t joints, bool first,
+                                     punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_motion>(punctual_robot_path, get(), knots, count, joints, first ? 1U : 0U,
+                                                 budget, clock);
   }
   Result<punctual_robot_motion> follow(const Trajectory &trajectory, bool first, punctual_budget budget,
                                        const punctual_clock *clock = nullptr) noexcept {

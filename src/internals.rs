@@ -57,7 +57,7 @@ pub fn frontier(
     query: &Query<'_, Intersection>,
     workspace: &Workspace,
 ) -> Result<FrontierSummary, ResumeError> {
-    query.frontier(workspace)
+    query.frontier_while(workspace, &|| true)
 }
 
 /// The frontier before an intersection query: its root, opened on trial.

@@ -125,7 +125,7 @@ fn touching_surfaces_are_not_apart() {
 }
 
 #[test]
-fn what_is_far_out_large_or_small_is_seen_as_such() {
+fn separation_is_told_at_any_size_and_distance_from_the_origin() {
     let random = &mut Random::new(3);
     for scale in [1e-200, 1e-30, 1.0, 1e30, 1e200] {
         for offset in [0.0, 1e3, 1e7, 1e15] {
@@ -152,7 +152,7 @@ fn what_is_far_out_large_or_small_is_seen_as_such() {
 }
 
 #[test]
-fn of_units_that_do_not_compare_and_of_no_triangles_nothing_is_known() {
+fn incomparable_units_and_empty_meshes_prove_nothing() {
     let ball = tree(shapes::icosphere(1));
     let speck = tree(
         Mesh::from_f64(
@@ -209,7 +209,7 @@ fn a_plane_parts_what_is_convex_and_all_but_touches() {
 /// No plane separates a ball from a ring around it, although they are separated. A plane of a mesh
 /// whose corners have moved proves nothing either.
 #[test]
-fn where_no_plane_parts_two_surfaces_none_is_found() {
+fn no_plane_is_found_between_surfaces_that_none_separates() {
     let (mut ball, ring) = (
         tree(shapes::icosphere(2)),
         tree(shapes::torus(2.0, 0.3, 24)),

@@ -18,7 +18,7 @@ const BAD: [f64; 4] = [-1e-300, f64::NEG_INFINITY, f64::NAN, -f64::NAN];
 const GOOD: [f64; 5] = [0.0, -0.0, f64::MIN_POSITIVE, 1.0, 1e300];
 
 #[test]
-fn what_is_no_number_to_go_by_is_named() {
+fn numbers_out_of_range_are_named() {
     let (a, b) = (
         Tree::new(shapes::icosphere(1)),
         Tree::new(shapes::icosphere(2)),

@@ -155,7 +155,7 @@ fn long_slivers() {
 
 /// Points, segments and repeated corners only, some of them on the other surface.
 #[test]
-fn nothing_but_degenerate_triangles() {
+fn meshes_of_degenerate_triangles_only() {
     let mut random = Random::new(23);
     let sphere = shapes::icosphere(3);
     let degenerate = soup((0..3000).map(|i| {

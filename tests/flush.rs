@@ -463,7 +463,7 @@ fn a_foot_is_one_manifold_on_the_way_through_the_gap_of_nothing() {
 }
 
 #[test]
-fn what_the_same_answer_proves_apart_is_no_overlap() {
+fn surfaces_proven_apart_have_no_overlap() {
     let keep = BuildOptions::default().solid(Solid::Keep);
     let ball = Tree::with_options(shapes::icosphere(2), &keep);
     let mut workspace = Workspace::new();

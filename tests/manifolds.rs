@@ -253,7 +253,7 @@ fn pairs_without_a_closer_look_add_nothing() {
 }
 
 #[test]
-fn of_pairs_beside_closer_ones_the_closest_stays() {
+fn manifolds_keep_the_closest_pair_of_a_place() {
     let mut random = Random::new(10);
     let mut bodies = uneven();
     bodies.push(cuboid([0.7, 0.5, 0.9], 1));

@@ -4,20 +4,16 @@ mod common;
 
 use std::time::Duration;
 
+use common::ask::{answer, run_in_pieces};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::intersection::Intersection;
 use punctual::prediction::{CostModel, Counts, DEFAULT_PRIOR, Quantiles};
-use punctual::{
-    Answer, Budget, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Answer, Budget, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace, shapes};
 
 fn trees() -> [Tree; 2] {
-    [
-        Tree::new(shapes::icosphere(4)),
-        Tree::new(shapes::torus(1.0, 0.3, 64)),
-    ]
+    [shapes::icosphere(4), shapes::torus(1.0, 0.3, 64)].map(Tree::new)
 }
 
 fn run(
@@ -55,14 +51,10 @@ fn quantiles_are_in_order_and_the_same_each_time() {
         for pose in poses() {
             let query = Query::intersection(&a, &b, pose).mode(mode);
             let prediction = query.predict(None);
-            for q in [
-                prediction.bv_tests,
-                prediction.triangle_tests,
-                prediction.work,
-                prediction.time(&CostModel::default()),
-            ] {
-                assert_ordered(q);
-            }
+            assert_ordered(prediction.bv_tests);
+            assert_ordered(prediction.triangle_tests);
+            assert_ordered(prediction.work);
+            assert_ordered(prediction.time(&CostModel::default()));
             assert_eq!(prediction, query.predict(None));
             // A memory that knows nothing.
             assert_eq!(prediction, query.predict(Some(&PairMemory::new())));
@@ -73,14 +65,11 @@ fn quantiles_are_in_order_and_the_same_each_time() {
 #[test]
 fn predictions_of_shapes_that_were_not_fitted_are_about_right() {
     let [a, b] = trees();
-    let mut workspace = Workspace::new();
     let (mut errors, mut covered) = (Vec::new(), 0);
     for pose in poses() {
         let query = Query::all_pairs(&a, &b, pose);
         let predicted = query.predict(None).bv_tests;
-        let actual = run(&query, &mut workspace, None, Budget::unlimited())
-            .stats
-            .bv_tests as f64;
+        let actual = answer(&query).stats.bv_tests as f64;
         errors.push((predicted.p50 / actual).log2().abs());
         covered += usize::from(actual <= predicted.p90 + 0.5);
     }
@@ -94,25 +83,21 @@ fn boxes_that_do_not_meet_cost_one_test() {
     let [a, b] = trees();
     let pose = along_x(50.0);
     for mode in [Mode::Any, Mode::All] {
-        let tests = Query::intersection(&a, &b, pose)
-            .mode(mode)
-            .predict(None)
-            .bv_tests;
+        let query = Query::intersection(&a, &b, pose).mode(mode);
+        let tests = query.predict(None).bv_tests;
         assert!((0.5..2.0).contains(&tests.p50), "{tests:?}");
     }
     let empty = Tree::new(soup(Family::Uniform, 0, &mut Random::new(0)));
     let query = Query::intersection(&a, &empty, pose);
     assert_eq!(query.predict(None).bv_tests, Quantiles::exactly(0.0));
     let mut workspace = Workspace::new();
-    assert_eq!(
-        run(&query, &mut workspace, None, Budget::work(0)).value,
-        Verdict::Separated
-    );
+    let said = run(&query, &mut workspace, None, Budget::work(0));
+    assert_eq!(said.value, Verdict::Separated);
     assert_eq!(query.estimate(&workspace, None).unwrap().probability, 0.0);
 }
 
 #[test]
-fn what_is_decided_is_certain() {
+fn decided_queries_have_a_probability_of_zero_or_one() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
     for mode in [Mode::Any, Mode::All] {
@@ -122,16 +107,14 @@ fn what_is_decided_is_certain() {
             let estimate = query.estimate(&workspace, None).unwrap();
             let met = outcome.value != Verdict::Separated;
             assert_eq!(estimate.probability, f64::from(u8::from(met)));
-            assert_eq!(
-                (estimate.recall, estimate.remaining.bv_tests.p90),
-                (1.0, 0.0)
-            );
+            assert_eq!(estimate.recall, 1.0);
+            assert_eq!(estimate.remaining.bv_tests.p90, 0.0);
         }
     }
 }
 
 #[test]
-fn what_is_undecided_is_not_certain_to_meet_and_not_free() {
+fn undecided_queries_have_a_probability_below_one_and_work_left() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
     let (mut undecided, mut told_apart) = (0, 0);
@@ -172,20 +155,12 @@ fn the_probability_rises_with_the_prior() {
     let query = Query::intersection(&a, &b, along_x(1.9));
     let outcome = run(&query, &mut workspace, None, Budget::work(500));
     assert_eq!(outcome.value, Verdict::Undecided);
-    let at = |prior: f64| {
-        query
-            .prior(prior)
-            .estimate(&workspace, None)
-            .unwrap()
-            .probability
-    };
+    let told = |query: Query<Intersection>| query.estimate(&workspace, None).unwrap().probability;
+    let at = |prior: f64| told(query.prior(prior));
     let rising = [0.0, 1e-6, 0.1, 0.5, 0.9, 1.0].map(at);
     assert!(rising.windows(2).all(|two| two[0] < two[1]), "{rising:?}");
     assert_eq!([rising[0], rising[5]], [0.0, 1.0]);
-    assert_eq!(
-        at(DEFAULT_PRIOR),
-        query.estimate(&workspace, None).unwrap().probability
-    );
+    assert_eq!(at(DEFAULT_PRIOR), told(query));
     // A prior beyond its range counts as its end.
     assert_eq!([at(-3.0), at(7.0)], [0.0, 1.0]);
 }
@@ -199,14 +174,8 @@ fn a_memory_makes_predictions_of_a_motion_better() {
     for i in 0..60 {
         let query = Query::all_pairs(&a, &b, along_x(1.0 + 0.002 * f64::from(i)));
         let predicted = [query.predict(None), query.predict(Some(&memory))];
-        let actual = run(
-            &query,
-            &mut workspace,
-            Some(&mut memory),
-            Budget::unlimited(),
-        )
-        .stats
-        .bv_tests as f64;
+        let (known, free) = (Some(&mut memory), Budget::unlimited());
+        let actual = run(&query, &mut workspace, known, free).stats.bv_tests as f64;
         for (error, predicted) in errors.iter_mut().zip(predicted) {
             *error += (predicted.bv_tests.p50 / actual).log2().abs();
         }
@@ -220,8 +189,9 @@ fn the_last_verdict_counts() {
     let mut workspace = Workspace::new();
     let told = [0.5, 3.0].map(|x| {
         let mut memory = PairMemory::new();
+        let before = Query::intersection(&a, &b, along_x(x));
         let _ = run(
-            &Query::intersection(&a, &b, along_x(x)),
+            &before,
             &mut workspace,
             Some(&mut memory),
             Budget::unlimited(),
@@ -229,10 +199,8 @@ fn the_last_verdict_counts() {
         let query = Query::intersection(&a, &b, along_x(1.95));
         let outcome = run(&query, &mut workspace, None, Budget::work(300));
         assert_eq!(outcome.value, Verdict::Undecided);
-        query
-            .estimate(&workspace, Some(&memory))
-            .unwrap()
-            .probability
+        let estimate = query.estimate(&workspace, Some(&memory));
+        estimate.unwrap().probability
     });
     assert!(told[0] > told[1] + 0.1, "{} {}", told[0], told[1]);
 }
@@ -249,37 +217,20 @@ fn an_estimate_wants_the_run_it_is_of() {
 }
 
 #[test]
-fn what_is_left_shrinks_to_nothing() {
+fn the_work_left_shrinks_to_zero() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
     let query = Query::all_pairs(&a, &b, along_x(0.4));
-    let total = run(&query, &mut workspace, None, Budget::work(u64::MAX)).stats;
-    let mut outcome = run(&query, &mut workspace, None, Budget::work(0));
-    let mut errors = Vec::new();
-    while outcome.stop == StopReason::WorkLimit {
-        let left = query
-            .estimate(&workspace, None)
-            .unwrap()
-            .remaining
-            .bv_tests
-            .p50;
-        errors.push((
-            ((outcome.stats.bv_tests as f64 + left) / total.bv_tests as f64)
-                .log2()
-                .abs(),
-            left,
-        ));
-        outcome = query
-            .resume(
-                &mut workspace,
-                (Budget::work(total.work / 10)).clock(&ManualClock::new()),
-            )
-            .unwrap();
-    }
-    assert!(
-        errors.len() >= 9 && errors[1].0 < 1.0 && errors[5].0 < 0.5,
-        "{errors:?}"
-    );
+    let total = answer(&query).stats;
+    let (mut errors, mut step) = (Vec::new(), 0);
+    let pieces = || std::mem::replace(&mut step, total.work / 10);
+    let _ = run_in_pieces(&query, &mut workspace, pieces, |said, held| {
+        let left = query.estimate(held, None).unwrap().remaining.bv_tests.p50;
+        let share = (said.stats.bv_tests as f64 + left) / total.bv_tests as f64;
+        errors.push((share.log2().abs(), left));
+    });
+    assert!(errors.len() >= 9, "{errors:?}");
+    assert!(errors[1].0 < 1.0 && errors[5].0 < 0.5, "{errors:?}");
     assert!(errors[errors.len() - 1].1 < errors[0].1);
 }
 
@@ -294,11 +245,9 @@ fn time_budgets_teach_the_costs() {
     let clock = ManualClock::ticking(Duration::from_nanos(1));
     let query = Query::all_pairs(&a, &b, along_x(0.4));
     let predicted = query.predict(None);
+    let second = Budget::time(Duration::from_secs(1));
     for _ in 0..10 {
-        let _ = query.run(
-            &mut workspace,
-            Budget::time(Duration::from_secs(1)).clock(&clock),
-        );
+        let _ = query.run(&mut workspace, second.clock(&clock));
     }
     let learned = workspace.cost_model();
     assert!(learned.bv_test < 0.5 * slow.bv_test);
@@ -311,18 +260,12 @@ fn time_budgets_teach_the_costs() {
 /// Generous time: depth-first, no queue. Too little: the queue. Either way the answer is the same.
 #[test]
 fn the_time_budget_decides_whether_pairs_are_queued() {
-    let (a, b) = (
-        Tree::new(shapes::icosphere(6)),
-        Tree::new(shapes::torus(1.0, 0.3, 256)),
-    );
+    let [a, b] = [shapes::icosphere(6), shapes::torus(1.0, 0.3, 256)].map(Tree::new);
     let query = Query::all_pairs(&a, &b, along_x(0.4));
     let mut workspace = Workspace::new();
     let peaks = [Duration::from_secs(100), Duration::from_nanos(100)].map(|limit| {
-        let outcome = query.run(
-            &mut workspace,
-            Budget::time(limit).clock(&ManualClock::new()),
-        );
-        (outcome.stats.queue_peak > 0, outcome.stats.found)
+        let stats = run(&query, &mut workspace, None, Budget::time(limit)).stats;
+        (stats.queue_peak > 0, stats.found)
     });
     assert_eq!(peaks[0], (false, peaks[1].1));
     assert!(peaks[1].0);
@@ -331,20 +274,13 @@ fn the_time_budget_decides_whether_pairs_are_queued() {
 /// The costs that a workspace was given count from its first query on.
 #[test]
 fn given_costs_decide_whether_the_first_query_is_queued() {
-    let (a, b) = (
-        Tree::new(shapes::icosphere(6)),
-        Tree::new(shapes::torus(1.0, 0.3, 256)),
-    );
+    let [a, b] = [shapes::icosphere(6), shapes::torus(1.0, 0.3, 256)].map(Tree::new);
     let query = Query::all_pairs(&a, &b, along_x(0.4));
     let queued = [1.0, 1e9].map(|factor| {
         let mut workspace = Workspace::new();
         workspace.set_cost_model(CostModel::default().scaled(factor));
         let limit = Budget::time(Duration::from_secs(100));
-        query
-            .run(&mut workspace, limit.clock(&ManualClock::new()))
-            .stats
-            .queue_peak
-            > 0
+        run(&query, &mut workspace, None, limit).stats.queue_peak > 0
     });
     assert_eq!(queued, [false, true]);
 }
@@ -386,18 +322,12 @@ fn random_queries_give_numbers() {
         ] {
             let query = Query::all_pairs(a, b, pose);
             assert_ordered(query.predict(None).bv_tests);
-            let _ = run(
-                &query,
-                &mut workspace,
-                None,
-                Budget::work(random.below(3000) as u64),
-            );
+            let budget = Budget::work(random.below(3000) as u64);
+            let _ = run(&query, &mut workspace, None, budget);
             let estimate = query.estimate(&workspace, None).unwrap();
             assert_ordered(estimate.remaining.work);
-            assert!(
-                (0.0..=1.0).contains(&estimate.probability)
-                    && (0.0..=1.0).contains(&estimate.recall)
-            );
+            let shares = [estimate.probability, estimate.recall];
+            assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)));
         }
     }
 }

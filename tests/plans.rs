@@ -250,7 +250,7 @@ fn full_buffers_lose_nothing_while_tracing() {
 }
 
 #[test]
-fn what_may_be_cut_knows_much_at_a_fifth_of_the_work() {
+fn limited_queries_know_much_at_a_fifth_of_the_work() {
     let (mut plain, mut planned) = (0.0, 0.0);
     let mut workspace = Workspace::new();
     // Without the last two, where there is nothing to follow.
@@ -323,7 +323,7 @@ fn a_finished_run_that_could_be_cut_takes_little_more_than_depth_first() {
 }
 
 #[test]
-fn what_nothing_cuts_is_depth_first() {
+fn unlimited_queries_go_depth_first() {
     let mut workspace = Workspace::new();
     for case in &cases() {
         let mut outcome =

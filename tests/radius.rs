@@ -7,6 +7,9 @@ use punctual::geom::random::Random;
 use punctual::geom::triangle::distance::closest_or_meeting;
 use punctual::geom::triangles_intersect;
 use punctual::glam::{DMat3, DQuat, DVec3};
+use punctual::impact::TimeOfImpact;
+use punctual::points::PointBounds;
+use punctual::rays::RayMode;
 use punctual::tree::{Solid, SolidError, TreeFileError};
 use punctual::{
     Answer, Budget, BuildOptions, Mesh, MeshError, Motion, PairMemory, Pose, Query, Ray,
@@ -47,18 +50,17 @@ fn capsule(half: f64, radius: f64) -> Tree {
 
 fn mesh(mesh: Mesh, radius: f64) -> Tree {
     let options = BuildOptions::default().solid(Solid::Keep);
-    let tree = Tree::with_options(mesh, &options);
-    tree.with_radius(radius).unwrap()
+    Tree::with_options(mesh, &options)
+        .with_radius(radius)
+        .unwrap()
 }
 
 /// Points on a torus knot, as balls.
 fn cloud(radius: f64) -> Tree {
     let knot = shapes::torus_knot(2, 3, 0.2, 24);
     let points = (0..knot.vertex_count()).map(|i| knot.vertex(i).to_array());
-    Tree::from_points_f64(points)
-        .unwrap()
-        .with_radius(radius)
-        .unwrap()
+    let tree = Tree::from_points_f64(points).unwrap();
+    tree.with_radius(radius).unwrap()
 }
 
 /// All kinds: ball, capsule, triangle, box, rounded mesh, plain mesh, cloud of balls.
@@ -73,6 +75,14 @@ fn kinds() -> Vec<Tree> {
         mesh(shapes::icosphere(3), 0.0),
         cloud(0.05),
     ]
+}
+
+/// The answer of one uninterrupted run.
+fn whole<'t, Q: Question>(query: &Query<'t, Q>, workspace: &mut Workspace) -> Q::Value
+where
+    Query<'t, Q>: Ask<Q>,
+{
+    query.run(workspace, Budget::unlimited()).value
 }
 
 /// The answer of an uninterrupted run, after one that is stopped again and again gave the same.
@@ -149,10 +159,7 @@ fn balls_and_capsules_are_as_far_apart_as_closed_forms_say() {
         };
         let is_ball = [i % 2 == 0, i % 3 == 0];
         let end = |k: usize| ends[if is_ball[k / 2] { k / 2 * 2 } else { k }];
-        let (a, b) = (
-            tree(end(0), end(1), radii[0]),
-            tree(end(2), end(3), radii[1]),
-        );
+        let [a, b] = [0, 1].map(|k| tree(end(2 * k), end(2 * k + 1), radii[k]));
         let cores = match is_ball {
             [true, true] => (ends[0] - ends[2]).length(),
             [true, false] => segments([ends[2], ends[3]], [ends[0], ends[0] + 1e-300]),
@@ -173,7 +180,7 @@ fn balls_and_capsules_are_as_far_apart_as_closed_forms_say() {
         assert!(!verdict.meets() || truth < error, "{truth}");
         assert!(verdict.meets() || verdict == Verdict::Separated);
         let query = Query::contacts(&a, &b, Pose::IDENTITY).margin(0.1 * size);
-        let _ = query.run(&mut workspace, Budget::unlimited());
+        let _ = whole(&query, &mut workspace);
         if let Some(contact) = workspace.contacts().next() {
             assert!((contact.distance - truth).abs() <= 2.0 * error);
             let between = contact.points[0] - contact.points[1];
@@ -182,11 +189,10 @@ fn balls_and_capsules_are_as_far_apart_as_closed_forms_say() {
         } else {
             assert!(truth > 0.1 * size - error);
         }
-        if verdict.meets() {
-            meet += 1
-        } else {
-            apart += 1
-        }
+        (meet, apart) = (
+            meet + u32::from(verdict.meets()),
+            apart + u32::from(!verdict.meets()),
+        );
     }
     assert!(apart > 200 && meet > 200, "{apart} apart, {meet} meet");
 }
@@ -204,10 +210,7 @@ fn every_pair_of_kinds_is_thickened_in_every_question() {
             for _ in 0..12 {
                 let pose = pose(&mut random, 1.6);
                 let truth = Query::distance(&bare_a, &bare_b, pose).absolute_tolerance(0.0);
-                let truth = truth
-                    .surfaces()
-                    .run(&mut workspace, Budget::unlimited())
-                    .value;
+                let truth = whole(&truth.surfaces(), &mut workspace);
                 let [low, high] = [truth.low, truth.high].map(|bound| bound - radii);
                 let query = Query::distance(a, b, pose)
                     .absolute_tolerance(1e-9)
@@ -250,7 +253,7 @@ fn every_pair_of_kinds_is_thickened_in_every_question() {
                 parts.sort_unstable();
                 assert!(parts == pairs, "{} {}", parts.len(), pairs.len());
                 let query = Query::contacts(&bare_a, &bare_b, pose).margin(radii);
-                let _ = query.run(&mut workspace, Budget::unlimited());
+                let _ = whole(&query, &mut workspace);
                 let mut near: Vec<_> = workspace.contacts().map(|one| one.triangles).collect();
                 near.sort_unstable();
                 assert!(near == pairs, "near {} pairs {}", near.len(), pairs.len());
@@ -258,10 +261,10 @@ fn every_pair_of_kinds_is_thickened_in_every_question() {
 
                 // Contacts within a margin, against those of the cores within more.
                 let query = Query::contacts(&bare_a, &bare_b, pose).margin(radii + 0.05);
-                let _ = query.run(&mut workspace, Budget::unlimited());
+                let _ = whole(&query, &mut workspace);
                 let bare: Vec<_> = workspace.contacts().copied().collect();
                 let query = Query::contacts(a, b, pose).margin(0.05);
-                let _ = query.run(&mut workspace, Budget::unlimited());
+                let _ = whole(&query, &mut workspace);
                 assert_eq!(workspace.contacts().len(), bare.len());
                 let mut last = f64::NEG_INFINITY;
                 for contact in workspace.contacts() {
@@ -288,7 +291,7 @@ fn margins_add_to_radii() {
     let pose = at(3.0, 0.0, 0.5);
     for (margins, truth) in [([0.0; 2], 1.5), ([0.25, 0.5], 0.75), ([2.0, 0.0], 0.0)] {
         let query = Query::distance(&a, &b, pose).margins(margins);
-        let found = query.run(&mut workspace, Budget::unlimited()).value;
+        let found = whole(&query, &mut workspace);
         assert!(found.low <= truth && truth <= found.high && found.high - found.low < 1e-5);
     }
     let nearest = Query::distance(&a, &b, pose).run(&mut workspace, Budget::unlimited());
@@ -299,18 +302,11 @@ fn margins_add_to_radii() {
 #[test]
 fn without_a_radius_no_bit_differs() {
     let (mut random, mut workspace) = (Random::new(4), Workspace::new());
-    let (a, b) = (
-        Tree::new(shapes::torus(1.0, 0.4, 24)),
-        Tree::new(shapes::gear(9, 2)),
-    );
+    let [a, b] = [shapes::torus(1.0, 0.4, 24), shapes::gear(9, 2)].map(Tree::new);
     let same = a.clone().with_radius(0.0).unwrap();
     assert_eq!(a.identity(), same.identity());
-    let back = a
-        .clone()
-        .with_radius(0.5)
-        .unwrap()
-        .with_radius(0.0)
-        .unwrap();
+    let thick = a.clone().with_radius(0.5).unwrap();
+    let back = thick.with_radius(0.0).unwrap();
     assert_ne!(a.identity(), back.identity());
     assert_eq!(a.lineage(), back.lineage());
     for _ in 0..40 {
@@ -319,7 +315,7 @@ fn without_a_radius_no_bit_differs() {
             let distance = Query::distance(tree, &b, pose).run(&mut workspace, Budget::unlimited());
             let pairs = Query::all_pairs(tree, &b, pose).run(&mut workspace, Budget::unlimited());
             let contacts = Query::contacts(tree, &b, pose).margin(0.01);
-            let _ = contacts.run(&mut workspace, Budget::unlimited());
+            let _ = whole(&contacts, &mut workspace);
             let contacts: Vec<_> = workspace.contacts().copied().collect();
             format!("{distance:?} {pairs:?} {contacts:?}")
         });
@@ -396,11 +392,11 @@ fn balls_and_capsules_are_as_far_from_meshes_as_all_triangles_say() {
 }
 
 #[test]
-fn what_touches_exactly_meets_and_a_huge_radius_is_no_fault() {
+fn exact_touches_meet_and_huge_radii_are_accepted() {
     let mut workspace = Workspace::new();
     let mut meets = |a: &Tree, b: &Tree, pose: Pose| {
         let query = Query::intersection(a, b, pose);
-        query.run(&mut workspace, Budget::unlimited()).value.meets()
+        whole(&query, &mut workspace).meets()
     };
     assert!(meets(&ball(1.0), &ball(0.5), at(1.5, 0.0, 0.0)));
     assert!(meets(&ball(0.25), &ball(0.5), at(0.0, 0.75, 0.0)));
@@ -439,16 +435,8 @@ fn thickened_bodies_meet_on_the_way_when_closed_forms_say() {
         let root = along * along - (start.length_squared() - sum * sum) / square;
         let enters = along - root.max(0.0).sqrt();
         let truth = if start.length() <= sum { 0.0 } else { enters };
-        let found = run(
-            &query,
-            &mut workspace,
-            &mut random,
-            PartialEq::eq,
-            |found| {
-                assert!(least > sum || found.lower <= truth + 1e-9);
-            },
-        );
-        let found = found.value;
+        let check = |found: &TimeOfImpact| assert!(least > sum || found.lower <= truth + 1e-9);
+        let found = run(&query, &mut workspace, &mut random, PartialEq::eq, check).value;
         if least < sum * (1.0 - 1e-3) {
             let upper = found.upper.expect("they meet");
             assert!(
@@ -470,11 +458,8 @@ fn rays_enter_balls_capsules_and_rounded_meshes() {
     let (mut random, mut workspace) = (Random::new(6), Workspace::new());
     let kinds = kinds();
     let mut hits = 0;
-    for (i, tree) in kinds
-        .iter()
-        .enumerate()
-        .filter(|(_, tree)| tree.radius() > 0.0)
-    {
+    let thick = kinds.iter().filter(|tree| tree.radius() > 0.0);
+    for (i, tree) in thick.enumerate() {
         for k in 0..200 {
             // Some from afar.
             let far = if k % 4 == 0 { 1e4 } else { 3.0 };
@@ -491,15 +476,11 @@ fn rays_enter_balls_capsules_and_rounded_meshes() {
                 let found = query.surfaces().run(workspace, Budget::unlimited()).value;
                 found.high - tree.radius()
             };
-            let end = found
-                .hit
-                .map_or(2.0 * far / ray.direction().length(), |hit| hit.t);
+            let beyond = 2.0 * far / ray.direction().length();
+            let end = found.hit.map_or(beyond, |hit| hit.t);
             // Nowhere before is the ray within the radius.
-            for j in 0..40 {
+            for j in (0..40).take_while(|_| end > 0.0) {
                 let t = end * f64::from(j) / 40.0;
-                if end == 0.0 {
-                    break;
-                }
                 assert!(gap(&mut workspace, t) > -1e-11 * far, "{i} {k} {j}");
             }
             if let Some(hit) = found.hit {
@@ -507,15 +488,10 @@ fn rays_enter_balls_capsules_and_rounded_meshes() {
                 let off = gap(&mut workspace, hit.t);
                 assert!(off.abs() < 1e-11 * far || hit.t == 0.0 && off < 0.0, "{i}");
                 assert_eq!(found.free_until, hit.t);
-                let any = Query::ray(tree, ray).mode(punctual::rays::RayMode::Any);
-                assert!(
-                    any.run(&mut workspace, Budget::unlimited())
-                        .value
-                        .hit
-                        .is_some()
-                );
-                let all = Query::ray(tree, ray).mode(punctual::rays::RayMode::All);
-                let _ = all.run(&mut workspace, Budget::unlimited());
+                let any = Query::ray(tree, ray).mode(RayMode::Any);
+                assert!(whole(&any, &mut workspace).hit.is_some());
+                let all = Query::ray(tree, ray).mode(RayMode::All);
+                let _ = whole(&all, &mut workspace);
                 let first = workspace.ray_hits().iter().map(|hit| hit.t);
                 assert_eq!(first.fold(f64::INFINITY, f64::min), hit.t);
                 let short = ray.within(0.0, hit.t * 0.99 - 1e-300);
@@ -539,39 +515,28 @@ fn points_are_inside_by_the_core_or_the_radius() {
         (ball(0.6), DVec3::ZERO),
         (cube, DVec3::new(0.5, 0.25, 0.375)),
     ] {
-        let points: Vec<[f64; 3]> = (0..300)
-            .map(|_| vector(&mut random, 1.0).to_array())
-            .collect();
+        let mut point = || vector(&mut random, 1.0).to_array();
+        let points: Vec<[f64; 3]> = (0..300).map(|_| point()).collect();
         for &point in &points {
             let q = DVec3::from_array(point).abs() - half;
             let core = q.max(DVec3::ZERO).length() + q.max_element().min(0.0);
             let truth = core - tree.radius();
             let query = Query::signed_distance(&tree, point).unwrap();
-            let found = run(
-                &query,
-                &mut workspace,
-                &mut random,
-                PartialEq::eq,
-                |found| {
-                    let distance = found.distance.unwrap();
-                    assert!(
-                        distance.low <= truth + CLOSE && truth <= distance.high + CLOSE,
-                        "{found:?} {truth} {point:?}"
-                    );
-                    assert!(found.inside != Some(true) || truth < CLOSE);
-                    assert!(found.inside != Some(false) || truth > -CLOSE);
-                },
-            );
+            let check = |found: &PointBounds| {
+                let distance = found.distance.unwrap();
+                assert!(distance.low <= truth + CLOSE, "{found:?} {truth}");
+                assert!(truth <= distance.high + CLOSE, "{found:?} {truth}");
+                assert!(found.inside != Some(true) || truth < CLOSE);
+                assert!(found.inside != Some(false) || truth > -CLOSE);
+            };
+            let found = run(&query, &mut workspace, &mut random, PartialEq::eq, check);
             assert_eq!(found.value.inside, Some(truth <= 0.0));
             let distance = found.value.distance.unwrap();
             assert!(distance.high - distance.low < CLOSE);
-            if truth > 0.0 {
-                outside += 1
-            } else {
-                inside += 1
-            }
+            outside += u32::from(truth > 0.0);
+            inside += u32::from(truth <= 0.0);
             let query = Query::winding(&tree, point).unwrap();
-            let winding = query.run(&mut workspace, Budget::unlimited()).value;
+            let winding = whole(&query, &mut workspace);
             assert_eq!(winding.inside, Some(truth <= 0.0));
             let ray = Ray::new(point, [1.0, 0.0, 0.0]).unwrap();
             let cast = Query::ray(&tree, ray).solid(true);
@@ -579,10 +544,7 @@ fn points_are_inside_by_the_core_or_the_radius() {
             assert_eq!(cast.starts_inside, Some(truth <= 0.0));
         }
         let done = Query::windings(&tree, &points).unwrap();
-        assert_eq!(
-            done.run(&mut workspace, Budget::unlimited()).value,
-            points.len()
-        );
+        assert_eq!(whole(&done, &mut workspace), points.len());
         assert_eq!(workspace.points().len(), points.len());
     }
     assert!(inside > 60 && outside > 60, "{inside}, {outside}");
@@ -597,14 +559,12 @@ fn a_ball_on_a_table_has_one_point_of_contact() {
         for height in [1.505, 1.5, 1.45] {
             let (ball, pose) = (ball(0.5), at(0.31, 0.77, height));
             let query = Query::manifolds(tree, &ball, pose).skin(0.01);
-            let found = query.run(&mut workspace, Budget::unlimited()).value;
+            let found = whole(&query, &mut workspace);
             assert!(found.low == f64::INFINITY);
-            let [manifold] = workspace.manifolds() else {
-                panic!("{name}: {:?}", workspace.manifolds())
-            };
-            let [point] = manifold.points() else {
-                panic!("{name}: {manifold:?}")
-            };
+            let manifold = &workspace.manifolds()[0];
+            let point = &manifold.points()[0];
+            let counts = (workspace.manifolds().len(), manifold.points().len());
+            assert_eq!(counts, (1, 1), "{name}: {manifold:?}");
             assert!((point.distance - (height - 1.5)).abs() < 1e-9, "{point:?}");
             assert!((point.normal + DVec3::Z).length() < 1e-9);
             assert!((point.points[0] - DVec3::new(0.31, 0.77, 1.0)).length() < 1e-9);
@@ -618,11 +578,10 @@ fn a_ball_on_a_table_has_one_point_of_contact() {
     let pose = Pose::new(turned, [0.2, 0.1, 1.495]).unwrap();
     let lying = capsule(1.0, 0.5);
     let query = Query::manifolds(&table, &lying, pose).skin(0.01);
-    let _ = query.run(&mut workspace, Budget::unlimited());
-    let [manifold] = workspace.manifolds() else {
-        panic!("{:?}", workspace.manifolds())
-    };
-    assert_eq!(manifold.points().len(), 2, "{manifold:?}");
+    let _ = whole(&query, &mut workspace);
+    let manifold = &workspace.manifolds()[0];
+    let counts = (workspace.manifolds().len(), manifold.points().len());
+    assert_eq!(counts, (1, 2), "{manifold:?}");
     assert!((manifold.distance + 0.005).abs() < 1e-9);
 }
 
@@ -633,12 +592,12 @@ fn a_memory_serves_trees_with_a_radius() {
     for i in 0..60 {
         let pose = at(2.5 - 0.04 * f64::from(i), 0.1, 0.2);
         let query = Query::intersection(&a, &b, pose);
-        let plain = query.run(&mut workspace, Budget::unlimited()).value;
+        let plain = whole(&query, &mut workspace);
         let known = query.with_memory(&mut memory);
         let known = known.run(&mut workspace, Budget::unlimited()).value;
         assert_eq!(plain.meets(), known.meets(), "{i}");
         let distance = Query::distance(&a, &b, pose);
-        let plain = distance.run(&mut workspace, Budget::unlimited()).value;
+        let plain = whole(&distance, &mut workspace);
         let known = distance.with_memory(&mut memory);
         let known = known.run(&mut workspace, Budget::unlimited()).value;
         assert!(known.low <= plain.high && plain.low <= known.high);
@@ -656,18 +615,14 @@ fn clones_refits_scalings_and_files_keep_the_radius() {
     let tree = mesh(shapes::cuboid([1.0, 2.0, 3.0], 2), 0.25);
     assert_eq!(tree.clone().radius(), 0.25);
     let mut moved = tree.clone();
-    let vertices: Vec<[f64; 3]> = (0..tree.mesh().vertex_count())
-        .map(|i| (tree.mesh().vertex(i) + DVec3::X).to_array())
-        .collect();
-    moved.refit_f64(&vertices).unwrap();
+    let vertices = (0..tree.mesh().vertex_count()).map(|i| tree.mesh().vertex(i) + DVec3::X);
+    moved.refit_f64(&vertices.collect::<Vec<_>>()).unwrap();
     assert_eq!(moved.radius(), 0.25);
     assert_eq!(tree.scaled([2.0; 3]).unwrap().radius(), 0.5);
     assert_eq!(tree.scaled([-1.0, 1.0, 1.0]).unwrap().radius(), 0.25);
     let factors = [1.0, 2.0, 1.0];
-    assert_eq!(
-        tree.scaled(factors).unwrap_err(),
-        MeshError::Radius { factors }
-    );
+    let fault = tree.scaled(factors).unwrap_err();
+    assert_eq!(fault, MeshError::Radius { factors });
     let bytes = tree.to_bytes();
     assert_eq!(bytes.len(), tree.bytes_len());
     let loaded = Tree::from_bytes(&bytes).unwrap();
@@ -687,10 +642,8 @@ fn clones_refits_scalings_and_files_keep_the_radius() {
     }
     for radius in [-1.0, f64::NAN, f64::INFINITY, 2f64.powi(1001)] {
         let fault = tree.clone().with_radius(radius).unwrap_err();
-        assert_eq!(
-            fault.to_string(),
-            "radius is negative, too large or no number"
-        );
+        let text = "radius is negative, too large or no number";
+        assert_eq!(fault.to_string(), text);
     }
     let fault = tree.mass_properties().unwrap_err();
     assert_eq!(fault, SolidError::Thickened { radius: 0.25 });

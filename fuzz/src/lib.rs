@@ -2,8 +2,14 @@
 //!
 //! Run one with `cargo +nightly fuzz run triangles`. A find becomes a unit test, named after what went wrong.
 
+#[path = "../../tests/common/ask.rs"]
+pub mod ask;
 #[path = "../../tests/common/check.rs"]
 pub mod check;
+/// Where the tests have it.
+pub mod common {
+    pub use crate::ask;
+}
 #[path = "../../tests/contacts/truth.rs"]
 pub mod contacts;
 #[path = "../../tests/common/distance.rs"]

@@ -41,7 +41,7 @@ pub(crate) mod workspace;
 pub use crate::model::cost::TYPICAL_UNIT;
 pub use crate::sets::{find, unite};
 pub use crate::tree::Convex;
-pub use crate::tree::inside::{Count, crossings, inside};
+pub use crate::tree::solid::inside::{Count, crossings, inside};
 pub use apart::root_test;
 pub use apart::separating_plane::SeparatingPlane;
 pub use boxes::flushing::matters as flushing_matters;

@@ -2,7 +2,7 @@
 //!
 //! The bytes contain what the build decided: the mesh, the order of the triangles, the structure of
 //! the nodes, and the orientations that differ from the parent's. Boxes and profiles follow from
-//! these. Loading computes them by the pass that also ends a build ([`super::update`]). So the
+//! these. Loading computes them by the pass that also ends a build ([`super::fit::update`]). So the
 //! loaded tree equals the saved one to the bit, and a file cannot state a box that is too small.
 //!
 //! Everything that the file states is checked. Bytes with wrong content and a correct checksum are
@@ -33,12 +33,12 @@
 //! of the last one, and the order is that of its points. The children of its lowest nodes are
 //! blocks, counted as triangles are.
 
-use super::binary::most_depth;
+use super::build::binary::most_depth;
+use super::build::orientation::{MESH_ORIENTATION, Orientation};
+use super::build::place::Placed;
+use super::fit::profile::Profiles;
+use super::fit::update::update;
 use super::fork::Pieces;
-use super::orientation::{MESH_ORIENTATION, Orientation};
-use super::place::Placed;
-use super::profile::Profiles;
-use super::update::update;
 use super::validate::{TreeFault, dense, each_once};
 use super::wide::{Node, WIDTH};
 use super::{BuildOptions, Solid, Tree, Unit};

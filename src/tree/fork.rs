@@ -10,7 +10,7 @@ const LEAST_TRIANGLES: usize = 4096;
 /// Limits of a parallel computation: the maximum number of threads, and the maximum number of
 /// pieces into which it may still be cut.
 #[derive(Clone, Copy)]
-pub(super) struct Pieces {
+pub(crate) struct Pieces {
     threads: usize,
     count: usize,
 }
@@ -76,7 +76,7 @@ impl Pieces {
 }
 
 /// Cuts a slice into disjoint pieces, in its order.
-pub(super) fn split<T>(
+pub(crate) fn split<T>(
     mut slice: &mut [T],
     ranges: impl Iterator<Item = Range<usize>>,
 ) -> Vec<&mut [T]> {

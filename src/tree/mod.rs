@@ -1,84 +1,57 @@
 //! Bounding volume trees of meshes.
 
 // A tree is built once, does not change while queries run, and is shared freely between threads.
-// The steps of a build are:
-// - a binned-SAH binary tree over the triangles (`binary`, `bins`);
-// - its collapse to nodes of up to eight children (`collapse`, `wide`);
-// - an orientation for each node (`assign`, `axes`, `moments`);
-// - one pass bottom-up (`update`) that gives every subtree its exact boxes (`fit`), its alpha
-//   per axis and its profile level by level (`profile`). When vertices move, this pass is
-//   repeated (`refit`).
-// The tree of a point cloud is built over blocks of points (`cloud`). Shapes with a formula are
-// made of meshes (`shapes`, `hull`).
 //
-// The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
-// may be the farthest along a direction (`extremes`) and the components and open edges of a solid
-// (`solid`). The file of a tree (`mod@file`) contains
-// what cannot be recomputed: the mesh, the order of the triangles and the orientations.
+// - `build`: a binned-SAH binary tree over the triangles, its collapse to nodes of up to eight
+//   children (`wide`), and an orientation for each node.
+// - `fit`: one pass bottom-up that gives every subtree its exact boxes, its alpha per axis and its
+//   profile level by level. When vertices move, this pass is repeated.
+// - `solid`: the neighbors of each triangle, and on request the components and open edges of a
+//   solid, and the corners that may be the farthest along a direction.
+// - `cloud`: the tree of a point cloud, over blocks of points.
+// - `shapes`: shapes with a formula, made of meshes.
+// - `file`: what cannot be recomputed, as bytes: the mesh, the order of the triangles and the
+//   orientations.
 
-mod adjacency;
-mod align;
-mod alpha;
-mod assign;
-mod axes;
-mod binary;
-mod bins;
-mod bounds;
+mod build;
 mod cloud;
-mod collapse;
-mod convex;
-mod eight;
-mod extremes;
 mod file;
-mod fit;
+pub(crate) mod fit;
 mod fork;
-mod hilbert;
-mod hull;
-pub(crate) mod inside;
-pub(crate) mod local_ray;
-mod mass;
-mod moments;
 mod options;
-mod orientation;
-mod place;
-mod profile;
-mod refit;
-mod scaled;
 mod shapes;
-mod solid;
+pub(crate) mod solid;
 mod unit;
-mod update;
 mod validate;
 mod wide;
-mod window;
 
+pub use cloud::window::PointWindow;
 pub(crate) use cloud::{Leaf, Points, node};
-pub use convex::Convex;
-pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
-pub use mass::MassProperties;
 pub use options::{BuildOptions, Effort};
 pub use shapes::{ROUND_BAND, ShapeError};
+pub use solid::convex::Convex;
+pub(crate) use solid::extremes::Extremes;
+pub use solid::mass::MassProperties;
 pub use solid::{Component, Solid, SolidError, Solidity};
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
-pub use window::PointWindow;
 
 use crate::engine::options::OptionError;
 use crate::mesh::Mesh;
-use adjacency::Neighbors;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use build::collapse::Plan;
+use build::orientation::Orientation;
+use build::place::Placed;
 use cloud::Blocks;
-use collapse::Plan;
 use core::sync::atomic::{AtomicUsize, Ordering};
+use fit::profile::Profiles;
 use fork::Pieces;
 use glam::{DVec3, Mat3, Vec3};
-use orientation::Orientation;
-use place::Placed;
-use profile::Profiles;
 use punctual_geom::tolerance::COORDINATE_LIMIT;
+use solid::adjacency::Neighbors;
 
 /// A mesh with its bounding volume tree.
 #[derive(Clone, Debug)]
@@ -183,11 +156,11 @@ impl Tree {
         let pieces = Pieces::new(options.threads, mesh.len());
         let unit = Unit::of(&mesh);
         let whole = if options.orientations {
-            align::align(&unit, &mesh)
+            build::align::align(&unit, &mesh)
         } else {
             Orientation::IDENTITY
         };
-        let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
+        let binary = build::binary::build(&mesh, &unit, &whole, options.effort, pieces);
         let (mut plan, mut placed) = (Plan::default(), Placed::default());
         pieces.join(
             [1, 1],
@@ -196,11 +169,11 @@ impl Tree {
         );
         let parts = plan.parts(pieces);
         if options.orientations && options.effort != Effort::Fast {
-            assign::choose_orientations(&mut plan, &placed.triangles, &parts, pieces);
+            build::assign::choose_orientations(&mut plan, &placed.triangles, &parts, pieces);
         }
         let mut nodes = plan.nodes;
         let mut profiles = Profiles::room(&mut nodes);
-        update::update(&mut nodes, &placed.triangles, &mut profiles, &parts, pieces);
+        fit::update::update(&mut nodes, &placed.triangles, &mut profiles, &parts, pieces);
         Self::of_nodes(
             mesh,
             unit,
@@ -222,7 +195,7 @@ impl Tree {
         ids: Box<[u32]>,
         options: &BuildOptions,
     ) -> Self {
-        let neighbors = adjacency::neighbors(&corners, &nodes);
+        let neighbors = solid::adjacency::neighbors(&corners, &nodes);
         let extremes = if options.extremes {
             Extremes::of(&mesh, &unit, &corners)
         } else {
@@ -374,7 +347,7 @@ impl Tree {
     /// The diminishing factors of a node, axis by axis.
     fn alpha(&self, node: &Node) -> Vec3 {
         let (_, triangles) = self.profiles.of(node);
-        alpha::alpha(triangles.half_extent, node.extent(), node.triangles)
+        fit::alpha::alpha(triangles.half_extent, node.extent(), node.triangles)
     }
 
     /// Checks that every triangle is in one leaf and inside every box above it, and that every

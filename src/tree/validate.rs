@@ -1,8 +1,8 @@
 //! Checks the invariants of a tree, one by one.
 
-use super::alpha::log_alpha;
-use super::binary::{CLUSTER, most_depth};
-use super::profile::LevelProfile;
+use super::build::binary::{CLUSTER, most_depth};
+use super::fit::alpha::log_alpha;
+use super::fit::profile::LevelProfile;
 use super::wide::{WIDTH, lane};
 use super::{Node, Tree};
 use core::fmt;

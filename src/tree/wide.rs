@@ -1,6 +1,6 @@
 //! A node of the wide tree: up to eight children and an orientation.
 
-use super::orientation::Orientation;
+use super::build::orientation::Orientation;
 use core::ops::Range;
 use glam::{Mat3, Mat3A, Vec3};
 use wide::f32x4;
@@ -8,8 +8,8 @@ use wide::f32x4;
 /// Maximum number of children of a node.
 pub(crate) const WIDTH: usize = 8;
 
-/// Maximum number of levels of nodes: [`super::binary`] keeps trees of 2^30 triangles to a depth
-/// of 70.
+/// Maximum number of levels of nodes: [`super::build::binary`] keeps trees of 2^30 triangles to
+/// a depth of 70.
 pub(crate) const MAX_HEIGHT: usize = 71;
 
 /// A node of the wide tree, five cache lines. Its children are adjacent: nodes, or the triangles of
@@ -46,10 +46,10 @@ pub(crate) struct Node {
     pub orientation: u32,
     /// Index of the first level of the profile.
     pub profile: u32,
-    /// Expected BV tests of this subtree against a copy of itself ([`super::profile`]).
+    /// Expected BV tests of this subtree against a copy of itself ([`super::fit::profile`]).
     pub self_cost: f32,
-    /// log2 of the product of the three diminishing factors `alpha` ([`super::alpha`]): from one
-    /// binary level to the next, volumes shrink by this power of two. 0 if nothing shrinks.
+    /// log2 of the product of the three diminishing factors `alpha` ([`super::fit::alpha`]): from
+    /// one binary level to the next, volumes shrink by this power of two. 0 if nothing shrinks.
     pub log_alpha: f32,
     /// Number of binary levels below this node: log2 of its triangles.
     pub levels: f32,

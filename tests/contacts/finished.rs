@@ -159,7 +159,7 @@ fn margins_of_all_kinds() {
 }
 
 #[test]
-fn nothing_has_no_contacts() {
+fn empty_meshes_have_no_contacts() {
     let (nothing, sphere, mut workspace) = (nothing(), ball(1), Workspace::new());
     for (a, b) in [
         (&nothing, &sphere),

@@ -261,7 +261,7 @@ fn far_from_the_origin_and_from_each_other() {
 }
 
 #[test]
-fn nothing_is_infinitely_far() {
+fn empty_meshes_are_infinitely_far() {
     let (nothing, sphere, mut workspace) = (nothing(), ball(1), Workspace::new());
     for (a, b) in [
         (&nothing, &sphere),

@@ -51,7 +51,7 @@ fn any_memory_ends_at_the_distance() {
 
 /// What was closest gives an upper bound before any other step, whether it still is closest or not.
 #[test]
-fn what_was_closest_is_looked_at_first() {
+fn the_last_closest_triangles_are_tested_first() {
     let sphere = ball(2);
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     let query = Question::EXACT.query(&sphere, &sphere, at(3.0, 0.0, 0.0));

@@ -171,7 +171,7 @@ fn with_any_tolerance_stops_after_every_step_end_in_the_same_bits() {
 
 /// Other kernels give the same bits; a queue without room and a memory that knows, the same answer.
 #[test]
-fn what_is_known_does_not_depend_on_kernels_or_room() {
+fn answers_do_not_depend_on_kernels_or_room() {
     let (mut portable, mut fast) = (Workspace::new(), Workspace::new());
     portable.use_portable_kernels();
     let mut small = Workspace::with_capacity(0, 1);

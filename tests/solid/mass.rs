@@ -167,7 +167,7 @@ fn parts_add_up_and_cavities_are_taken_off() {
 }
 
 #[test]
-fn what_has_no_mass_is_refused_by_name() {
+fn solids_without_mass_are_refused_by_name() {
     let cuboid = shapes::cuboid(Vec3::ONE, 1);
     assert_eq!(
         Tree::new(cuboid.clone()).mass_properties(),

@@ -1,7 +1,7 @@
 //! Robots among obstacles: which configurations collide, how near contact is, for how long a motion
 //! is free.
 
-use crate::arrays::{array, fill, path, room, text};
+use crate::arrays::{array, fill, list, path, room, text};
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::distance::finite;
 use crate::handle::{change, get};
@@ -157,6 +157,67 @@ calls! {
         let robot = get(robot, "robot")?;
         given(joints, "joints")?.write(robot.model().joint_names().len());
         Ok(())
+    }
+
+    /// The name of a joint of the configuration, by its index there; written as that of a shape
+    /// (`punctual_robot_shape_name`).
+    ///
+    /// Fails with BAD_ARGUMENT if there is no such joint.
+    unsafe fn punctual_robot_joint_name(
+        robot: Option<&punctual_robot>, joint: usize, name: *mut c_char, capacity: usize,
+        length: Option<&mut MaybeUninit<usize>>
+    ) {
+        let names = get(robot, "robot")?.model().joint_names();
+        let found = names.get(joint).ok_or(Fault::Index("joint", joint, names.len()))?;
+        // SAFETY: the contract of the header for arrays.
+        unsafe { tell(found, name, capacity, "name", length) }
+    }
+
+    /// The limits of a joint of the configuration, in radians or metres; infinite without. They are
+    /// not enforced.
+    ///
+    /// Fails with BAD_ARGUMENT if there is no such joint.
+    fn punctual_robot_joint_limits(
+        robot: Option<&punctual_robot>, joint: usize, lower: Option<&mut MaybeUninit<f64>>,
+        upper: Option<&mut MaybeUninit<f64>>
+    ) {
+        let limits = get(robot, "robot")?.model().joint_limits();
+        let found = limits.get(joint).ok_or(Fault::Index("joint", joint, limits.len()))?;
+        let [low, high] = found.unwrap_or([-f64::INFINITY, f64::INFINITY]);
+        let (lower, upper) = (given(lower, "lower")?, given(upper, "upper")?);
+        lower.write(low);
+        upper.write(high);
+        Ok(())
+    }
+
+    /// The name of a link, by its index in the URDF file; written as that of a shape.
+    ///
+    /// Fails with BAD_ARGUMENT if there is no such link.
+    unsafe fn punctual_robot_link_name(
+        robot: Option<&punctual_robot>, link: usize, name: *mut c_char, capacity: usize,
+        length: Option<&mut MaybeUninit<usize>>
+    ) {
+        let mut names = get(robot, "robot")?.model().link_names();
+        let count = names.len();
+        let found = names.nth(link).ok_or(Fault::Index("link", link, count))?;
+        // SAFETY: the contract of the header for arrays.
+        unsafe { tell(found, name, capacity, "name", length) }
+    }
+
+    /// Where the links are in the world at a configuration, in the order of the URDF file. As many
+    /// as `capacity` allows are written to `poses`, and how many there are to `count`. Allocates.
+    ///
+    /// Fails as `punctual_robot_collide`.
+    unsafe fn punctual_robot_link_poses(
+        robot: Option<&punctual_robot>, values: *const f64, joints: usize,
+        poses: *mut punctual_pose, capacity: usize, count: Option<&mut MaybeUninit<usize>>
+    ) {
+        let (robot, count) = (get(robot, "robot")?, given(count, "count")?);
+        // SAFETY: the contract of the header for arrays.
+        unsafe {
+            let found = robot.model().link_poses(array(values, joints, "values")?)?;
+            list(poses, capacity, "poses", count, found.iter())
+        }
     }
 
     /// The name of a shape: that of its link or of the obstacle, as UTF-8 that ends with a zero
@@ -335,6 +396,30 @@ calls! {
         }
     }
 
+    /// All pairs of shapes that meet, by ascending numbers: two numbers a pair, as many pairs as
+    /// `capacity` allows to `shapes`, which has room for `2 * capacity` numbers, and how many there
+    /// are to `count`. All of them, unless the budget ends. Allocates.
+    ///
+    /// Fails as `punctual_robot_collide`.
+    unsafe fn punctual_robot_collide_all(
+        robot: Option<&mut punctual_robot>, values: *const f64, joints: usize,
+        budget: punctual_budget, clock: Option<&punctual_clock>, shapes: *mut u32, capacity: usize,
+        count: Option<&mut MaybeUninit<usize>>, collision: *mut punctual_robot_collision
+    ) {
+        let (count, mut pairs) = (given(count, "count")?, Vec::new());
+        // SAFETY: the contract of the header for arrays, structs and clocks.
+        unsafe {
+            let (values, out) = (array(values, joints, "values")?, place(collision, "collision")?);
+            let found = spend(robot, budget, clock, |robot, budget| {
+                robot.collide_all(values, budget, &mut pairs)
+            })?;
+            let numbers = pairs.iter().map(|pair| numbers(Some(*pair)));
+            list(shapes.cast::<[u32; 2]>(), capacity, "shapes", count, numbers)?;
+            out.write(found.into());
+        }
+        Ok(())
+    }
+
     /// The least distance of all pairs of shapes at a configuration: bounds that are `tolerance`
     /// metres apart, unless the budget ends.
     ///
@@ -413,6 +498,31 @@ calls! {
             let (from, to) = (array(from, joints, "from")?, array(to, joints, "to")?);
             let out = place(motion, "motion")?;
             ask(robot, budget, clock, out, |robot, budget| robot.edge(from, to, &options, budget))
+        }
+    }
+
+    /// Whether a path is free: the straight lines from each of `count` configurations, one after the
+    /// other in `knots`, to the next one. Times count the lines. Otherwise as
+    /// `punctual_robot_edge`.
+    ///
+    /// Fails as `punctual_robot_collide`, and with BAD_ARGUMENT for fewer than two configurations.
+    unsafe fn punctual_robot_path(
+        robot: Option<&mut punctual_robot>, knots: *const f64, count: usize, joints: usize,
+        first: u32, budget: punctual_budget, clock: Option<&punctual_clock>,
+        motion: *mut punctual_robot_motion
+    ) {
+        let options = edge_options(first);
+        let length = count.checked_mul(joints).ok_or(Fault::Array("knots"))?;
+        // SAFETY: the contract of the header for arrays, structs and clocks.
+        unsafe {
+            let (knots, out) = (array(knots, length, "knots")?, place(motion, "motion")?);
+            ask(robot, budget, clock, out, |robot, budget| {
+                let (expected, found) = (robot.model().joint_names().len(), joints);
+                if expected != found {
+                    return Err(RobotError::Length { expected, found });
+                }
+                robot.path(knots, &options, budget)
+            })
         }
     }
 

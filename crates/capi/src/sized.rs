@@ -29,8 +29,8 @@ pub(crate) unsafe trait Grows: Copy {
 /// It does.
 pub(crate) unsafe trait Sized32: Grows {}
 
-/// `grows!(T: needed.. fields)`: every caller has the fields up to `needed`. Nothing follows the last
-/// one, so that a new field makes the struct longer rather than to fill its end.
+/// `grows!(T: needed.. fields)`: every caller has the fields up to `needed`. Nothing follows the
+/// last one, so that a new field makes the struct longer rather than to fill its end.
 macro_rules! grows {
     ($type:ident $(<$life:lifetime>)?: size, $needed:ident.. $($field:ident)*) => {
         $crate::sized::grows!($type $(<$life>)?: $needed.. $($field)*);
@@ -44,10 +44,14 @@ macro_rules! grows {
     ($type:ident $(<$life:lifetime>)?: $needed:ident.. $($field:ident)*) => {
         // SAFETY: `repr(C)` and plain, as all structs of the header.
         unsafe impl $(<$life>)? $crate::sized::Grows for $type $(<$life>)? {
-            const LEAST: usize = $crate::sized::end(core::mem::offset_of!($type, $needed), |it: &$type| &it.$needed);
+            const LEAST: usize = $crate::sized::end(
+                core::mem::offset_of!($type, $needed), |it: &$type| &it.$needed
+            );
         }
         const _: () = {
-            let ends = [$($crate::sized::end(core::mem::offset_of!($type, $field), |it: &$type| &it.$field)),*];
+            let ends = [$($crate::sized::end(
+                core::mem::offset_of!($type, $field), |it: &$type| &it.$field
+            )),*];
             assert!(ends[ends.len() - 1] == size_of::<$type>());
         };
     };

@@ -1,12 +1,13 @@
-//! The table of the interface: what a function of C is around its body, one macro a verb.
+//! The tables of the interface: types with the sources of their fields, and what a function of C is
+//! around its body, one macro a verb.
 //!
 //! `tools/c_header` reads the expanded source, so docs here are docs of the header. A new question
 //! needs its structs and a [`question!`] in one file.
 
 /// Types of the header: each field with its doc, and with its default or where it comes from.
 ///
-/// - `enum`: its numbers are those of the header; `from` an enum of the library with the same names,
-///   or from an answer that is `bool` once it is known.
+/// - `enum`: its numbers are those of the header; `from` an enum of the library with the same
+///   names, or from an answer that is `bool` once it is known.
 /// - `asked`, `told`: begin with their size and may grow; every caller has the fields up to the one
 ///   in parentheses. The first is read and has defaults, the second is written.
 /// - `row`: may grow, with its size beside an array.

@@ -158,7 +158,13 @@ impl Machine<'_, '_, '_> {
         let nearest = distance.point;
         let winding = found.winding.unwrap_or(0.0);
         let is_inside = winding > 0.0 || winding < 0.0 && !self.asked.asked.solid;
-        let depth = distance.low.max(-distance.high);
+        // The distance is that of the thickened body: of its core minus the radius.
+        let radius = tree.radius() * (1.0 + 4.0 * f64::EPSILON);
+        let depth = if winding > 0.0 {
+            -distance.high - radius
+        } else {
+            distance.low + tree.radius() * (1.0 - 4.0 * f64::EPSILON)
+        };
         let next = match seed.foot {
             // The largest that touches the surface there, too.
             None => Some((0.5 * self.size(), nearest, unit(nearest - seed.center))),

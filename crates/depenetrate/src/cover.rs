@@ -158,7 +158,7 @@ impl Rays {
         let [p, q, r]: [DVec3; 3] = core::array::from_fn(|i| self.along[i] * (reach[i] / least));
         let normal = (q - p).cross(r - p);
         let area = normal.length();
-        // A steeper plane is not known well enough.
+        // The normal of a steeper plane is too inexact.
         let oblique = if most - least < 8.0 * least * self.cone.inradius {
             least * (normal.dot(p).abs() / area)
         } else {

@@ -76,3 +76,33 @@ fn the_depth_of_thickened_bodies_is_within_its_bounds() {
     }
     assert!(deep > 30 && 2 * tight > deep, "{deep} {tight}");
 }
+
+#[test]
+fn a_capsule_in_a_thick_box_is_no_deeper_than_both_radii_say() {
+    let (mut random, mut workspace) = (Random::new(2), PenetrationWorkspace::new());
+    let mut inside = 0;
+    for i in 0..200 {
+        let [radius, of_box, length] =
+            [(0.05, 0.5), (0.0, 0.4), (0.1, 1.5)].map(|(least, most)| random.between(least, most));
+        let half = [(); 3].map(|()| random.between(0.1, 1.0));
+        let block = Tree::cuboid(half.map(|x| 2.0 * x)).unwrap();
+        let block = block.with_radius(of_box).unwrap();
+        let capsule = Tree::capsule(radius, length).unwrap();
+        // Its core meets that of the box at the translations of a box that is longer along z.
+        let reach = DVec3::from_array(half) + DVec3::Z * (length / 2.0);
+        let place = reach * DVec3::from_array([(); 3].map(|()| random.between(-1.2, 1.2)));
+        let beyond = place.abs() - reach;
+        let apart = beyond.max(DVec3::ZERO).length() + beyond.max_element().min(0.0);
+        let truth = (radius + of_box - apart).max(0.0);
+        inside += usize::from(apart < 0.0);
+        let (trees, pose) = match i % 2 {
+            0 => ([&block, &capsule], at(place)),
+            _ => ([&capsule, &block], at(-place)),
+        };
+        let query = PenetrationQuery::new(trees[0], trees[1], pose).solid(true);
+        let found = query.run(&mut workspace, Budget::work(1_000_000)).value;
+        assert!(found.low <= truth + 1e-9, "{i} {truth} {found:?}");
+        assert!(truth <= found.high + 1e-9, "{i} {truth} {found:?}");
+    }
+    assert!(inside > 60);
+}

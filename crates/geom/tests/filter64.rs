@@ -22,7 +22,7 @@ fn pairs(random: &mut Random, size: f64) -> [[[DVec3; 3]; 8]; 2] {
 }
 
 #[test]
-fn what_is_certain_is_true_and_the_same_on_all_machines() {
+fn certain_answers_are_true_and_the_same_on_all_machines() {
     let mut random = Random::new(1);
     let (mut certain, mut all) = ([0; 2], 0);
     let scales = [

@@ -86,7 +86,7 @@ fn parts_stay_where_they_are_in_their_body() {
 }
 
 #[test]
-fn what_is_no_motion_is_said() {
+fn bad_motions_are_refused_by_name() {
     let start = Pose::IDENTITY;
     assert_eq!(
         Motion::straight(start, [0.0, f64::NAN, 0.0]),
@@ -107,7 +107,7 @@ fn what_is_no_motion_is_said() {
 }
 
 #[test]
-fn what_is_no_ray_is_named() {
+fn bad_rays_are_refused_by_name() {
     assert_eq!(
         Ray::new([0.0; 3], [0.0, -0.0, 0.0]),
         Err(RayError::NoDirection)

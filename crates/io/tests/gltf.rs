@@ -693,7 +693,7 @@ fn buffers_lie_beside_the_document() {
 }
 
 #[test]
-fn what_is_left_out_of_a_document_is_told() {
+fn elements_left_out_of_a_document_are_told() {
     let told = |members: &str| {
         let bytes: Vec<u8> = TRIANGLE
             .as_flattened()

@@ -178,6 +178,11 @@ fn faults_of_points_are_named_with_their_place() {
             "byte 70: 16 bytes of numbers, shape (2, 3) of <f4 has others",
         ),
         (
+            PointFormat::Npy,
+            npy("<f8", "(0, 2305843009213693952)", &[]),
+            "no points in it, 0 without finite coordinates",
+        ),
+        (
             PointFormat::Pcd,
             pcd("binary", &[0; 9]),
             "end of file before the last of 3 points",

@@ -161,6 +161,8 @@ struct Proof {
     version: u64,
     room: Room,
     order: Sorted,
+    /// The time of the plan from which on it is proven.
+    from: f64,
     free_until: f64,
 }
 
@@ -192,7 +194,7 @@ impl Proof {
             self.room.run.lines.copy(&self.plan);
             self.room.run.begin(EdgeOptions::first(), time);
             self.room.run.is_stopped = true;
-            self.free_until = 0.0;
+            (self.free_until, self.from) = (0.0, self.room.run.edge(world).free_until);
         }
         if self.free_until >= until || !self.room.run.is_stopped {
             return Ok(());
@@ -208,7 +210,11 @@ impl Proof {
         let mut run = std::mem::take(&mut call.room.run);
         run.pause = until;
         let end = run.advance(&mut call);
-        self.free_until = run.edge(world).free_until;
+        // Where the proof begins, a contact may be.
+        let edge = run.edge(world);
+        if edge.free_until > self.from || edge.answer == EdgeAnswer::Free {
+            self.free_until = edge.free_until;
+        }
         *deadline = call.deadline;
         self.room.run = run;
         end
@@ -381,7 +387,7 @@ impl Horizon {
     /// it brakes after it. The rounding of times is below the slack of the proof.
     fn is_covered(&self, speed: f64) -> bool {
         let stop = self.time + self.way(speed) + self.stop_way(speed);
-        stop <= self.plan.free_until * (1.0 + 1e-13)
+        stop < self.plan.free_until * (1.0 + 1e-13)
     }
 
     /// The most by which the speed may change in a cycle, and a change just below it, so that no

@@ -587,3 +587,36 @@ fn a_world_that_changes_is_as_good_as_a_new_one() {
     }
     assert!(met > 20 && added.len() > 10, "{met} {}", added.len());
 }
+
+#[test]
+fn a_robot_that_is_touched_at_rest_is_not_proven() {
+    let mut checker = cell();
+    let q = [0.3, 0.4, 0.2, 0.05];
+    let mut plan = Trajectory::default();
+    plan.push(2.0, &[&q, &[0.5, 0.0, 0.0, 0.0]]).unwrap();
+    let mut horizon = Horizon::new(0.01, 0.2).unwrap();
+    let mut new = Some(&plan);
+    let mut time = 0.0;
+    // Before the first cycle, and where it stands later: it is in a box.
+    for cycle in 0..100 {
+        let is_met = cycle % 50 < 10;
+        if cycle % 50 == 0 {
+            let block = Shape::cuboid([9.0; 3]).unwrap();
+            checker.add("block", at(0.0, 0.0, 0.0), block).unwrap();
+        }
+        if cycle % 50 == 10 {
+            let block = checker.find("block").unwrap();
+            checker.remove(block).unwrap();
+        }
+        let ahead = horizon.step(&mut checker, new.take(), UNLIMITED).unwrap();
+        let ahead = ahead.value;
+        if is_met {
+            assert!(!ahead.is_proven && ahead.since > 0, "{cycle} {ahead:?}");
+            assert!(ahead.free_until <= time, "{cycle} {ahead:?}");
+        } else {
+            assert!(ahead.is_proven, "{cycle} {ahead:?}");
+        }
+        time = ahead.time;
+    }
+    assert!(time > 0.0);
+}

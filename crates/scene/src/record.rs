@@ -115,7 +115,7 @@ impl Recorder {
         let mut line = serde_json::to_vec(call)?;
         line.push(b'\n');
         self.file.write_all(&line)?;
-        // A frame that ends the program is in the file.
+        // Then the file has this frame even if it ends the program.
         match call {
             Call::Detect(_) => self.file.flush(),
             _ => Ok(()),

@@ -81,8 +81,8 @@ impl<'t> Query<'t, Distance> {
     /// A's.
     ///
     /// By default the absolute tolerance is a millionth of the larger mesh's unit
-    /// ([`Tree::unit_length`], about half of its longest extent; 0 for a point), and the relative
-    /// one 0. If no tolerance is set and the middles of the meshes are more than 64 such units
+    /// ([`Tree::unit_length`], about half of its longest extent; 0 for a point) and
+    /// [radius](Tree::with_radius), and the relative one 0. If no tolerance is set and the middles of the meshes are more than 64 such units
     /// apart, the relative tolerance is 1e-5. Next to a much larger mesh, set a tolerance relative
     /// to the size of the small one if its distance must be as precise; that takes up to a tenth
     /// more work (`docs/performance.md`).

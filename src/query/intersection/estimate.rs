@@ -173,16 +173,9 @@ impl Query<'_, Intersection> {
         })
     }
 
-    /// The numbers that [`Query::estimate`] computes from the frontier that the last run of this
-    /// query left in `workspace`.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options.
-    pub(crate) fn frontier(&self, workspace: &Workspace) -> Result<FrontierSummary, ResumeError> {
-        self.frontier_while(workspace, &|| true)
-    }
-
-    fn frontier_while(
+    /// What an estimate needs of the frontier that the last run of this query left, or of the part
+    /// of it that is read until `goes_on` returns false.
+    pub(crate) fn frontier_while(
         &self,
         workspace: &Workspace,
         goes_on: &dyn Fn() -> bool,

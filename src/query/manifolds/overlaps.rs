@@ -39,7 +39,7 @@ use crate::query::rays::cast_alone;
 use crate::query::rays::state::RayHit;
 use crate::sets::{find, unite};
 use crate::tree::Tree;
-use crate::tree::inside::inside;
+use crate::tree::solid::inside::inside;
 use alloc::vec::Vec;
 use core::mem;
 use depth::{Group, Probing, Spot};

@@ -5,7 +5,7 @@ use super::near::Near;
 use super::rim::{Seen, Turn};
 use crate::engine::workspace::Workspace;
 use crate::room::Room;
-use crate::tree::inside::{Count, Probe};
+use crate::tree::solid::inside::{Count, Probe};
 use crate::tree::{MAX_HEIGHT, WIDTH};
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;

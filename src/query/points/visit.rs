@@ -18,7 +18,7 @@ use crate::model::cost::{
     WORK_PER_LOOKUP, WORK_PER_OPEN_EDGE, WORK_PER_POINT, WORK_PER_POINT_TRIANGLE,
     WORK_PER_RAY_NODE, WORK_PER_RAY_TRIANGLE,
 };
-use crate::tree::inside::{Count, Probe};
+use crate::tree::solid::inside::{Count, Probe};
 use crate::tree::{Node, Solidity, Tree, WIDTH};
 use glam::DVec3;
 use punctual_geom::bits;

@@ -271,7 +271,7 @@ impl<const POINTS: bool> Traversal<'_, '_, Cast<'_>, POINTS> {
 mod tests {
     use crate::engine::expand;
     use crate::mesh::shapes;
-    use crate::tree::local_ray::LocalRay;
+    use crate::tree::solid::local_ray::LocalRay;
     use crate::tree::{Node, Tree};
     use glam::DVec3;
     use punctual_geom::Ray;

@@ -17,7 +17,7 @@ use crate::model::batch::{Batch, rays_left};
 use crate::model::prediction::Quantiles;
 use crate::query::points;
 use crate::tree::Tree;
-use crate::tree::local_ray::LocalRay;
+use crate::tree::solid::local_ray::LocalRay;
 use cast::{Cast, ROOT};
 use core::slice;
 use punctual_geom::{Pose, Ray};

@@ -2,7 +2,7 @@
 
 use crate::engine::workspace::Workspace;
 use crate::room::Room;
-use crate::tree::local_ray::LocalRay;
+use crate::tree::solid::local_ray::LocalRay;
 use arrayvec::ArrayVec;
 use punctual_geom::Ray;
 use punctual_geom::named;

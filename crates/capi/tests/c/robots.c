@@ -122,6 +122,35 @@ static void follow(punctual_robot *robot) {
   punctual_trajectory_free(plan);
 }
 
+/* Names, limits, places; all pairs; a path there and back. */
+static void parts(punctual_robot *robot, uint32_t post) {
+  char name[16];
+  size_t length, count;
+  double lower, upper, knots[3 * JOINTS];
+  uint32_t shapes[2 * 32];
+  punctual_pose poses[16];
+  punctual_robot_collision collision = {.size = sizeof collision};
+  punctual_robot_motion motion = {.size = sizeof motion};
+  punctual_budget all = punctual_budget_unlimited();
+  OK(punctual_robot_joint_name(robot, 0, name, sizeof name, &length));
+  CHECK(length == strlen(name) && length > 0);
+  FAILS(punctual_robot_joint_name(robot, 7, name, sizeof name, &length), BAD_ARGUMENT,
+        "punctual_robot_joint_name: joint is 7, but there are 7");
+  OK(punctual_robot_joint_limits(robot, 0, &lower, &upper));
+  CHECK(lower < upper);
+  OK(punctual_robot_link_name(robot, 7, name, sizeof name, &length));
+  CHECK(strcmp(name, "flange") == 0);
+  OK(punctual_robot_link_poses(robot, bent, JOINTS, poses, 16, &count));
+  CHECK(count == 8 && poses[0].m[0] == 1 && poses[7].m[11] > 0);
+  for (int i = 0; i < 3; i++)
+    memcpy(knots + i * JOINTS, i == 1 ? beyond : bent, sizeof bent);
+  OK(punctual_robot_path(robot, knots, 3, JOINTS, 1, all, NULL, &motion));
+  CHECK(motion.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && motion.shapes[1] == post && motion.touching_at < 1);
+  knots[0] += motion.touching_at * (beyond[0] - bent[0]);
+  OK(punctual_robot_collide_all(robot, knots, JOINTS, all, NULL, shapes, 32, &count, &collision));
+  CHECK(collision.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && count >= 1 && shapes[1] == post);
+}
+
 void robots(void) {
   punctual_robot *robot;
   punctual_mesh *cube;
@@ -154,6 +183,7 @@ void robots(void) {
   questions(robot, post);
   near_pairs(robot, post);
   follow(robot);
+  parts(robot, post);
   FAILS(punctual_robot_collide(robot, bent, 3, punctual_budget_unlimited(), NULL, &collision), BAD_ARGUMENT,
         "punctual_robot_collide: 3 joint values, the robot has 7");
 

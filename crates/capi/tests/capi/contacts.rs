@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::contacts::{Contact, ContactBounds};
-use punctual::{Answer, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{Answer, Query, StopReason, Workspace};
 use punctual_capi::{punctual_status as Status, *};
 
 const NO_CONTACT: punctual_contact = punctual_contact {
@@ -64,9 +64,8 @@ fn resume(
 /// Budgets that stop, lists that are full, and boxes of what was not found.
 #[test]
 fn contacts_are_those_of_rust() {
-    let ours = tree_of(&knot());
-    let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
-    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
+    let (ours, theirs) = knots();
+    let (mut workspace, mut other) = workspaces();
     let (mut stops, mut touching, mut room) = (0, 0, vec![NO_CONTACT; 64]);
     for (margin, limit, work) in [
         (0.0, usize::MAX, 30_000),
@@ -119,10 +118,10 @@ fn contacts_are_those_of_rust() {
 #[test]
 fn room_is_made_for_contacts() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
-    assert_eq!(
-        punctual_workspace_reserve_contacts(Some(&mut workspace), 10),
-        Status::Ok
-    );
+    works(punctual_workspace_reserve_contacts(
+        Some(&mut workspace),
+        10,
+    ));
     refuses! {
         punctual_workspace_reserve_contacts(Some(&mut workspace), usize::MAX / 2)
             => OutOfMemory "punctual_workspace_reserve_contacts: there is not that much memory";

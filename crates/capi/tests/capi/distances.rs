@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::distance::{Bounds, DistanceEstimate};
-use punctual::{Answer, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{Answer, Pose, Query, StopReason, Workspace};
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_distance, theirs: &Answer<Bounds>) {
@@ -50,21 +50,16 @@ fn same_estimate(
 fn poses() -> [Pose; 3] {
     let tilted = tilted();
     [0.0, 1.5, 4.0].map(|x| {
-        Pose::new(
-            tilted.rotation(),
-            tilted.translation() + punctual::glam::DVec3::X * x,
-        )
-        .unwrap()
+        let place = tilted.translation() + punctual::glam::DVec3::X * x;
+        Pose::new(tilted.rotation(), place).unwrap()
     })
 }
 
 /// Each option, budgets that stop and resume, with and without memory.
 #[test]
 fn distances_are_those_of_rust() {
-    let ours = tree_of(&knot());
-    let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
-    let mut workspace = owned(|out| punctual_workspace_new(out));
-    let mut other = Workspace::new();
+    let (ours, theirs) = knots();
+    let (mut workspace, mut other) = workspaces();
     let mut stops = 0;
     for (tolerance, share, margins, limit) in [
         (-1.0, 0.0, [0.0; 2], f64::INFINITY),
@@ -73,23 +68,18 @@ fn distances_are_those_of_rust() {
         (0.5, 0.0, [0.1, 0.0], f64::INFINITY),
         (0.0, 0.0, [0.0; 2], 1.0),
     ] {
-        let (mut memory, mut remembered) =
-            (owned(|out| punctual_memory_new(out)), PairMemory::new());
+        let (mut memory, mut remembered) = memories();
         for pose in poses() {
             let mut query = punctual_distance_query_new(Some(&ours), Some(&ours), raw(&pose));
             (query.absolute_tolerance, query.relative_tolerance) = (tolerance, share);
             (query.margins, query.closer_than) = (margins, limit);
             query.leave_contact_open = u32::from(tolerance == 0.5);
-            let native = Query::distance(&theirs, &theirs, pose)
-                .relative_tolerance(share)
-                .margins(margins);
-            let native = native
-                .closer_than(limit)
-                .leave_contact_open(tolerance == 0.5);
-            let native = if tolerance < 0.0 {
-                native
-            } else {
-                native.absolute_tolerance(tolerance)
+            let native = Query::distance(&theirs, &theirs, pose).relative_tolerance(share);
+            let native = native.margins(margins).closer_than(limit);
+            let native = native.leave_contact_open(tolerance == 0.5);
+            let native = match tolerance {
+                -1.0 => native,
+                _ => native.absolute_tolerance(tolerance),
             };
             let expected = made(|work| unsafe {
                 punctual_distance_query_predict(asked(Some(&query)), Some(&memory), work)
@@ -180,84 +170,42 @@ fn numbers_out_of_range_are_named_by_distance_queries() {
     let tree = tree_of(&knot());
     let query = punctual_distance_query_new(Some(&tree), Some(&tree), punctual_pose_identity());
     let mut workspace = owned(|out| punctual_workspace_new(out));
-    let (nan, infinite) = (f64::NAN, f64::INFINITY);
-    for (bad, what) in [
-        (
-            punctual_distance_query {
-                absolute_tolerance: nan,
-                ..query
-            },
-            "absolute_tolerance is NaN",
-        ),
-        (
-            punctual_distance_query {
-                relative_tolerance: -0.1,
-                ..query
-            },
-            "relative_tolerance is -0.1",
-        ),
-        (
-            punctual_distance_query {
-                relative_tolerance: nan,
-                ..query
-            },
-            "relative_tolerance is NaN",
-        ),
-        (
-            punctual_distance_query {
-                absolute_tolerance: infinite,
-                ..query
-            },
-            "absolute_tolerance is inf",
-        ),
-        (
-            punctual_distance_query {
-                relative_tolerance: infinite,
-                ..query
-            },
-            "relative_tolerance is inf",
-        ),
-        (
-            punctual_distance_query {
-                closer_than: -1.0,
-                ..query
-            },
-            "closer_than is -1",
-        ),
-        (
-            punctual_distance_query {
-                margins: [-1.0, 0.0],
-                ..query
-            },
-            "margins[0] is -1",
-        ),
-        (
-            punctual_distance_query {
-                margins: [0.0, infinite],
-                ..query
-            },
-            "margins[1] is inf",
-        ),
-    ] {
-        let status = run(
-            &bad,
-            Some(&mut workspace),
-            punctual_budget_unlimited(),
-            Some(&mut MaybeUninit::uninit()),
-        );
-        assert_eq!(status, Status::BadArgument);
-        let text = last_error();
-        assert!(
-            text.starts_with(&format!(
-                "punctual_distance_query_run: query->{what}, which is "
-            )),
-            "{text}"
-        );
-    }
+    let budget = punctual_budget_unlimited();
+    let mut refused = |change: fn(&mut punctual_distance_query), what: &str| {
+        let (mut bad, mut out) = (query, MaybeUninit::uninit());
+        change(&mut bad);
+        refuses! { run(&bad, Some(&mut workspace), budget, Some(&mut out)) => BadArgument; }
+        let start = format!("punctual_distance_query_run: query->{what}, which is ");
+        assert!(last_error().starts_with(&start), "{}", last_error());
+    };
+    refused(
+        |q| q.absolute_tolerance = f64::NAN,
+        "absolute_tolerance is NaN",
+    );
+    refused(
+        |q| q.relative_tolerance = -0.1,
+        "relative_tolerance is -0.1",
+    );
+    refused(
+        |q| q.relative_tolerance = f64::NAN,
+        "relative_tolerance is NaN",
+    );
+    refused(
+        |q| q.absolute_tolerance = f64::INFINITY,
+        "absolute_tolerance is inf",
+    );
+    refused(
+        |q| q.relative_tolerance = f64::INFINITY,
+        "relative_tolerance is inf",
+    );
+    refused(|q| q.closer_than = -1.0, "closer_than is -1");
+    refused(|q| q.margins[0] = -1.0, "margins[0] is -1");
+    refused(|q| q.margins[1] = f64::INFINITY, "margins[1] is inf");
+    let mut out = MaybeUninit::uninit();
     let mut bad = query;
-    bad.b_in_a.m[7] = nan;
+    bad.b_in_a.m[7] = f64::NAN;
     refuses! {
-        run(&bad, Some(&mut workspace), punctual_budget_unlimited(), Some(&mut MaybeUninit::uninit()))
+        run(&bad, Some(&mut workspace), budget, Some(&mut out))
             => BadPose "punctual_distance_query_run: entry 7 of the pose [R|t], row by row, is not finite";
     }
 }

@@ -5,7 +5,7 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::contacts::ManifoldBounds;
-use punctual::{Answer, PairMemory, Query, Tree, Workspace, shapes};
+use punctual::{Answer, Query, Workspace};
 use punctual_capi::*;
 
 const NO_MANIFOLD_POINT: punctual_manifold_point = punctual_manifold_point {
@@ -22,10 +22,9 @@ const NO_MANIFOLD_POINT: punctual_manifold_point = punctual_manifold_point {
 
 #[test]
 fn manifolds_are_those_of_rust() {
-    let ours = tree_of(&knot());
-    let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
-    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
-    let (mut memory, mut expected) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+    let (ours, theirs) = knots();
+    let (mut workspace, mut other) = workspaces();
+    let (mut memory, mut expected) = memories();
     let (mut stops, mut points) = (0, 0);
     for skin in [0.0, 0.02] {
         let mut query = punctual_manifold_query_new(Some(&ours), Some(&ours), raw(&tilted()));

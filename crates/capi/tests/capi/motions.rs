@@ -7,7 +7,7 @@ use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
 use punctual::impact::TimeOfImpact;
-use punctual::{Answer, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{Answer, Motion, Pose, Query, StopReason, Workspace};
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_passage, theirs: &Answer<TimeOfImpact>) {
@@ -23,53 +23,36 @@ fn same(ours: &punctual_passage, theirs: &Answer<TimeOfImpact>) {
     same_stats(&ours.stats, &theirs.stats);
 }
 
-fn point(v: DVec3) -> punctual_point {
-    punctual_point {
-        x: v.x,
-        y: v.y,
-        z: v.z,
-    }
-}
-
 /// One of ours and one of theirs: straight, turning, and a screw.
 fn motions() -> [(punctual_motion, Motion); 3] {
-    let (start, end) = (tilted(), Pose::IDENTITY);
-    let start = Pose::new(
-        start.rotation(),
-        start.translation() + DVec3::new(5.0, 1.0, 0.0),
-    )
-    .unwrap();
-    let (velocity, turn, arm) = (
-        DVec3::new(-8.0, -1.0, 0.5),
-        DVec3::new(0.3, 2.0, 0.1),
-        DVec3::new(0.5, 0.0, 1.0),
+    let (end, place) = (
+        Pose::IDENTITY,
+        tilted().translation() + DVec3::new(5.0, 1.0, 0.0),
     );
-    let straight = punctual_motion_straight(raw(&start), point(velocity));
+    let start = Pose::new(tilted().rotation(), place).unwrap();
+    let [velocity, turn] = [DVec3::new(-8.0, -1.0, 0.5), DVec3::new(0.3, 2.0, 0.1)];
+    let arm = DVec3::new(0.5, 0.0, 1.0);
+    let straight = punctual_motion_straight(raw(&start), velocity.into());
     let turning = punctual_motion {
-        turn: point(turn),
-        arm: point(arm),
+        turn: turn.into(),
+        arm: arm.into(),
         ..straight
     };
+    let screw = made(|out| punctual_motion_screw(raw(&start), raw(&end), out));
+    let with_arm = Motion::with_arm(start, velocity, turn, arm);
     [
         (straight, Motion::straight(start, velocity).unwrap()),
-        (
-            turning,
-            Motion::with_arm(start, velocity, turn, arm).unwrap(),
-        ),
-        (
-            made(|out| punctual_motion_screw(raw(&start), raw(&end), out)),
-            Motion::screw(start, end).unwrap(),
-        ),
+        (turning, with_arm.unwrap()),
+        (screw, Motion::screw(start, end).unwrap()),
     ]
 }
 
 /// Each option, budgets that stop and resume, with and without memory.
 #[test]
 fn motions_are_those_of_rust() {
-    let ours = tree_of(&knot());
-    let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
+    let (ours, theirs) = knots();
     let mut workspace = owned(|out| punctual_workspace_new(out));
-    let (mut memory, mut remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+    let (mut memory, mut remembered) = memories();
     let mut other = Workspace::new();
     let mut stops = 0;
     for (tolerance, time_tolerance, margins, both) in [
@@ -91,10 +74,9 @@ fn motions_are_those_of_rust() {
                 false => Query::impact(&theirs, &theirs, motion),
             };
             let native = native.time_tolerance(time_tolerance).margins(margins);
-            let native = if tolerance < 0.0 {
-                native
-            } else {
-                native.tolerance(tolerance)
+            let native = match tolerance {
+                -1.0 => native,
+                _ => native.tolerance(tolerance),
             };
             let told = made(|work| unsafe {
                 punctual_motion_query_predict(asked(Some(&query)), Some(&memory), work)
@@ -135,102 +117,35 @@ fn bad_motions_are_refused() {
         punctual_motion_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None)
             => null "count";
     }
-    let mut refused = |query: punctual_motion_query, what: &str| {
-        let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
+    let mut refused = |change: fn(&mut punctual_motion_query), expected: Status, what: &str| {
+        let (mut bad, mut out) = (query, MaybeUninit::uninit());
+        change(&mut bad);
+        let (held, out) = (Some(&mut *workspace), slot(Some(&mut out)));
         // SAFETY: no clock of the caller's.
-        let status = unsafe {
-            punctual_motion_query_run(
-                asked(Some(&query)),
-                workspace,
-                None,
-                budget,
-                None,
-                slot(out),
-            )
-        };
-        assert!(
-            status != Status::Ok && last_error().contains(what),
-            "{what}: {status:?} {}",
-            last_error()
-        );
-        status
+        let status =
+            unsafe { punctual_motion_query_run(asked(Some(&bad)), held, None, budget, None, out) };
+        assert_eq!(status, expected, "{what}");
+        assert!(last_error().contains(what), "{what}: {}", last_error());
     };
-    assert_eq!(
-        refused(
-            punctual_motion_query { a: None, ..query },
-            "query->a is null"
-        ),
-        Status::Null
+    refused(|q| q.a = None, Status::Null, "query->a is null");
+    refused(|q| q.b = None, Status::Null, "query->b is null");
+    let bad = Status::BadArgument;
+    refused(|q| q.tolerance = f64::NAN, bad, "query->tolerance");
+    refused(
+        |q| q.tolerance = f64::INFINITY,
+        bad,
+        "query->tolerance is inf",
     );
-    assert_eq!(
-        refused(
-            punctual_motion_query { b: None, ..query },
-            "query->b is null"
-        ),
-        Status::Null
+    refused(|q| q.time_tolerance = -1.0, bad, "query->time_tolerance");
+    refused(
+        |q| q.time_tolerance = f64::INFINITY,
+        bad,
+        "query->time_tolerance is inf",
     );
-    for (bad, what) in [
-        (
-            punctual_motion_query {
-                tolerance: f64::NAN,
-                ..query
-            },
-            "query->tolerance",
-        ),
-        (
-            punctual_motion_query {
-                tolerance: f64::INFINITY,
-                ..query
-            },
-            "query->tolerance is inf",
-        ),
-        (
-            punctual_motion_query {
-                time_tolerance: -1.0,
-                ..query
-            },
-            "query->time_tolerance",
-        ),
-        (
-            punctual_motion_query {
-                time_tolerance: f64::INFINITY,
-                ..query
-            },
-            "query->time_tolerance is inf",
-        ),
-        (
-            punctual_motion_query {
-                margins: [0.0, f64::INFINITY],
-                ..query
-            },
-            "query->margins[1]",
-        ),
-        (
-            punctual_motion_query {
-                of_b: punctual_motion {
-                    turn: NAN,
-                    ..motion
-                },
-                ..query
-            },
-            "not finite",
-        ),
-        (
-            punctual_motion_query {
-                of_b: punctual_motion {
-                    velocity: FAR,
-                    ..motion
-                },
-                ..query
-            },
-            "2^990",
-        ),
-    ] {
-        assert_eq!(refused(bad, what), Status::BadArgument);
-    }
-    let mut bad = query;
-    bad.of_b.start.m[0] = 2.0;
-    assert_eq!(refused(bad, "rotation"), Status::BadPose);
+    refused(|q| q.margins[1] = f64::INFINITY, bad, "query->margins[1]");
+    refused(|q| q.of_b.turn.y = f64::NAN, bad, "not finite");
+    refused(|q| q.of_b.velocity.x = 1e300, bad, "2^990");
+    refused(|q| q.of_b.start.m[0] = 2.0, Status::BadPose, "rotation");
     refuses! {
         punctual_motion_query_predict(asked(None), None, None) => null "query";
         punctual_motion_query_predict(asked(Some(&query)), None, None) => null "work";
@@ -242,14 +157,3 @@ fn bad_motions_are_refused() {
         punctual_motion_pose(Some(&motion), 0.0, None) => null "pose";
     }
 }
-
-const NAN: punctual_point = punctual_point {
-    x: 0.0,
-    y: f64::NAN,
-    z: 0.0,
-};
-const FAR: punctual_point = punctual_point {
-    x: 1e300,
-    y: 0.0,
-    z: 0.0,
-};

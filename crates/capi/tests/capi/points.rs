@@ -4,34 +4,21 @@ use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
 use super::call::*;
+use punctual::glam::DVec3;
 use punctual::points::PointBounds;
-use punctual::tree::Solid;
-use punctual::{Budget, BuildOptions, Mesh, Query, Tree, Workspace, shapes};
+use punctual::{Budget, Query};
 use punctual_capi::{punctual_status as Status, *};
 
-fn solid() -> (Box<punctual_tree>, Tree) {
-    let options = punctual_build_options {
-        solid: punctual_solid::Flip as usize,
-        ..Default::default()
-    };
-    let ours =
-        owned(|tree| unsafe { punctual_tree_new(Some(&knot()), asked(Some(&options)), tree) });
-    let mesh: Mesh = shapes::torus_knot(2, 3, 0.2, 96);
-    let theirs = Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Flip));
-    (ours, theirs)
-}
-
 fn points() -> Vec<[f64; 3]> {
-    (0..40)
-        .map(|i| {
-            let angle = f64::from(i) * 0.4;
-            [
-                angle.cos() * 2.0,
-                angle.sin() * 2.0,
-                0.03 * f64::from(i % 7),
-            ]
-        })
-        .collect()
+    let point = |i: u32| {
+        let angle = f64::from(i) * 0.4;
+        [
+            angle.cos() * 2.0,
+            angle.sin() * 2.0,
+            0.03 * f64::from(i % 7),
+        ]
+    };
+    (0..40).map(point).collect()
 }
 
 /// A run, or the next part of one.
@@ -84,8 +71,8 @@ fn same(ours: &punctual_point_bounds, theirs: &PointBounds) {
 
 #[test]
 fn points_are_those_of_rust() {
-    let (ours, theirs) = solid();
-    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
+    let (ours, theirs) = solid_knots();
+    let (mut workspace, mut other) = workspaces();
     let points = points();
     for measures in [0, 1] {
         let mut bounds = vec![MaybeUninit::<punctual_point_bounds>::uninit(); points.len()];
@@ -117,16 +104,16 @@ fn points_are_those_of_rust() {
     }
 }
 
+/// What a call writes, in words.
+fn tell<T: std::fmt::Debug>(call: impl FnOnce(Option<&mut MaybeUninit<T>>) -> Status) -> String {
+    format!("{:?}", made(call))
+}
+
 /// Each question after each other one, in one workspace, with budgets that leave no room for it.
 #[test]
 fn a_query_without_memory_for_its_points_shows_no_older_answer() {
-    let (knot, _) = solid();
-    let solid = punctual_build_options {
-        solid: punctual_solid::Keep as usize,
-        ..Default::default()
-    };
-    let ball = owned(|mesh| punctual_shape_icosphere(2, mesh));
-    let ball = owned(|tree| unsafe { punctual_tree_new(Some(&ball), asked(Some(&solid)), tree) });
+    let (knot, _) = solid_knots();
+    let ball = solid_of(&owned(|mesh| punctual_shape_icosphere(2, mesh)));
     let trees = [&*knot, &*ball];
     // On the surface of the ball, inside of it, and far away.
     let places = [[0.0, 0.0, 1.0], [0.1, 0.2, 0.3], [30.0, 0.0, 0.0]];
@@ -141,60 +128,33 @@ fn a_query_without_memory_for_its_points_shows_no_older_answer() {
             match what {
                 0 => {
                     let mut bounds = [MaybeUninit::<punctual_point_bounds>::uninit(); 1];
-                    let place = [places[i]];
-                    let room = bounds.as_mut_ptr().cast();
+                    let (place, room) = ([places[i]], bounds.as_mut_ptr().cast());
                     let said =
                         made(|out| spend(false, Some(tree), &place, 1, workspace, work, room, out));
                     let done = (said.done > 0).then(|| bounds[0].assume_init());
-                    format!(
-                        "{said:?} {:?}",
-                        done.map(|done| (done.winding, done.low, done.high))
-                    )
+                    let done = done.map(|done| (done.winding, done.low, done.high));
+                    format!("{said:?} {done:?}")
                 }
                 1 => {
-                    let [x, y, z] = places[i];
-                    let ray = punctual_ray_new(
-                        punctual_point { x, y, z },
-                        punctual_point { x: 1.0, ..NO_POINT },
-                    );
+                    let along = punctual_point { x: 1.0, ..NO_POINT };
+                    let ray = punctual_ray_new(DVec3::from(places[i]).into(), along);
                     let mut query = punctual_ray_query_new(Some(tree), ray);
                     query.solid = 1;
-                    let said = made(|out| {
-                        punctual_ray_query_run(&query, workspace, budget, None, slot(out))
-                    });
-                    format!("{said:?}")
+                    tell(|out| punctual_ray_query_run(&query, workspace, budget, None, slot(out)))
                 }
                 2 => {
                     let query = query(of.0, of.1, pose);
-                    format!("{:?}", made(|out| run(&query, workspace, budget, out)))
+                    tell(|out| run(&query, workspace, budget, out))
                 }
                 3 => {
-                    let query = punctual_distance_query_new(of.0, of.1, pose);
-                    let said = made(|out| {
-                        punctual_distance_query_run(
-                            &query,
-                            workspace,
-                            None,
-                            budget,
-                            None,
-                            slot(out),
-                        )
-                    });
-                    format!("{said:?}")
+                    let asked = punctual_distance_query_new(of.0, of.1, pose);
+                    let run = punctual_distance_query_run;
+                    tell(|out| run(&asked, workspace, None, budget, None, slot(out)))
                 }
                 _ => {
-                    let query = punctual_manifold_query_new(of.0, of.1, pose);
-                    let said = made(|out| {
-                        punctual_manifold_query_run(
-                            &query,
-                            workspace,
-                            None,
-                            budget,
-                            None,
-                            slot(out),
-                        )
-                    });
-                    format!("{said:?}")
+                    let asked = punctual_manifold_query_new(of.0, of.1, pose);
+                    let run = punctual_manifold_query_run;
+                    tell(|out| run(&asked, workspace, None, budget, None, slot(out)))
                 }
             }
         }
@@ -218,78 +178,42 @@ fn a_query_without_memory_for_its_points_shows_no_older_answer() {
     }
 }
 
-#[track_caller]
-fn refused(status: Status, expected: Status, text: &str) {
-    assert_eq!((status, last_error().as_str()), (expected, text));
-}
-
 #[test]
 fn open_surfaces_and_bad_points_are_refused() {
-    let (ours, _) = solid();
+    let (ours, surface) = (solid_of(&knot()), tree_of(&knot()));
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut bounds = [const { MaybeUninit::<punctual_point_bounds>::uninit() }; 2];
-    let room = bounds.as_mut_ptr().cast();
-    let mut out = MaybeUninit::uninit();
-    let mut points = [[0.0; 3]; 2];
-    let surface = tree_of(&knot());
-    let (some, none) = (Some(&*ours), None);
-    let status = spend(
-        false,
-        Some(&surface),
-        &points,
-        0,
-        Some(&mut workspace),
-        9,
-        room,
-        Some(&mut out),
-    );
-    let text = "punctual_points_run: the tree was not built as a solid, see `solid` of punctual_build_options";
-    refused(status, Status::BadArgument, text);
-    let status = spend(
-        true,
-        some,
-        &points,
-        0,
-        Some(&mut workspace),
-        9,
-        room,
-        Some(&mut out),
-    );
-    assert_eq!(status, Status::NotResumable);
-    points[1][2] = f64::NAN;
-    let status = spend(
-        false,
-        some,
-        &points,
-        1,
-        Some(&mut workspace),
-        9,
-        room,
-        Some(&mut out),
-    );
-    let text = "punctual_points_run: point 1 is not finite along axis 2";
-    refused(status, Status::BadArgument, text);
-    points[1][2] = 0.0;
+    let (room, nowhere) = (bounds.as_mut_ptr().cast(), null_mut());
+    let (mut out, mut other) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+    let (points, lost) = ([[0.0; 3]; 2], [[0.0; 3], [0.0, 0.0, f64::NAN]]);
+    let (some, open, none) = (Some(&*ours), Some(&*surface), None);
+    let mut spend = |resumes, tree, points: &[[f64; 3]], measures, bounds| {
+        let (held, out) = (Some(&mut *workspace), Some(&mut out));
+        spend(resumes, tree, points, measures, held, 9, bounds, out)
+    };
     refuses! {
-        spend(false, none, &points, 1, Some(&mut workspace), 9, room, Some(&mut out))
-            => null "tree";
-        spend(false, some, &points, 1, None, 9, room, Some(&mut out)) => null "workspace";
+        spend(false, open, &points, 0, room)
+            => BadArgument "punctual_points_run: the tree was not built as a solid, see `solid` of punctual_build_options";
+        spend(true, some, &points, 0, room) => NotResumable;
+        spend(false, some, &lost, 1, room)
+            => BadArgument "punctual_points_run: point 1 is not finite along axis 2";
+        spend(false, none, &points, 1, room) => null "tree";
+        spend(false, some, &points, 1, nowhere) => null "bounds";
     }
-    let nowhere = null_mut();
+    let (held, again) = (&mut *workspace, self::spend);
     refuses! {
-        spend(false, some, &points, 1, Some(&mut workspace), 9, nowhere, Some(&mut out))
-            => null "bounds";
-        spend(false, some, &points, 1, Some(&mut workspace), 9, room, None) => null "outcome";
+        again(false, some, &points, 1, None, 9, room, Some(&mut other)) => null "workspace";
+        again(false, some, &points, 1, Some(held), 9, room, None) => null "outcome";
     }
     let options = punctual_build_options {
         solid: 7,
         ..Default::default()
     };
     let mut tree = MaybeUninit::uninit();
-    let status =
-        unsafe { punctual_tree_new(Some(&knot()), asked(Some(&options)), Some(&mut tree)) };
-    let text = "punctual_tree_new: options->solid has no value 7";
-    refused(status, Status::BadArgument, text);
+    refuses! {
+        punctual_tree_new(Some(&knot()), asked(Some(&options)), Some(&mut tree))
+            => BadArgument "punctual_tree_new: options->solid has no value 7";
+    }
 }
 
 #[test]

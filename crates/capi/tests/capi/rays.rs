@@ -8,7 +8,7 @@ use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
 use punctual::rays::{RayBounds, RayHit, RayMode};
-use punctual::{Answer, Budget, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
+use punctual::{Answer, Budget, Pose, Query, Ray, StopReason, Workspace};
 use punctual_capi::{punctual_status as Status, *};
 
 const NO_HIT: punctual_ray_hit = punctual_ray_hit {
@@ -16,10 +16,6 @@ const NO_HIT: punctual_ray_hit = punctual_ray_hit {
     side: punctual_side::Front,
     t: f64::INFINITY,
 };
-
-fn point([x, y, z]: [f64; 3]) -> punctual_point {
-    punctual_point { x, y, z }
-}
 
 fn same_hit(ours: &punctual_ray_hit, theirs: Option<RayHit>) {
     match theirs {
@@ -35,32 +31,20 @@ fn same_hit(ours: &punctual_ray_hit, theirs: Option<RayHit>) {
 fn rays() -> Vec<(punctual_ray, Ray)> {
     let ray = |i: u32| {
         let angle = f64::from(i) * 0.37;
-        let (from, to) = (
-            [4.0 * angle.cos(), 4.0 * angle.sin(), 0.3],
-            [0.2, -0.4 * angle.sin(), 0.1],
-        );
-        let direction = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+        let from = DVec3::new(4.0 * angle.cos(), 4.0 * angle.sin(), 0.3);
+        let to = DVec3::new(0.2, -0.4 * angle.sin(), 0.1);
+        let ours = punctual_ray_new(from.into(), (to - from).into());
+        let theirs = Ray::new(from, to - from).unwrap();
+        let limited = punctual_ray {
+            t_min: 0.4,
+            t_max: 1.5,
+            ..ours
+        };
+        let segment = punctual_ray_segment(from.into(), to.into());
         match i % 3 {
-            0 => (
-                punctual_ray_new(point(from), point(direction)),
-                Ray::new(from, direction).unwrap(),
-            ),
-            1 => (
-                punctual_ray_segment(point(from), point(to)),
-                Ray::segment(from, to).unwrap(),
-            ),
-            _ => {
-                let ours = punctual_ray_new(point(from), point(direction));
-                let theirs = Ray::new(from, direction).unwrap().within(0.4, 1.5);
-                (
-                    punctual_ray {
-                        t_min: 0.4,
-                        t_max: 1.5,
-                        ..ours
-                    },
-                    theirs,
-                )
-            }
+            0 => (ours, theirs),
+            1 => (segment, Ray::segment(from, to).unwrap()),
+            _ => (limited, theirs.within(0.4, 1.5)),
         }
     };
     (0..60).map(ray).collect()
@@ -73,14 +57,12 @@ fn cast(
     work: u64,
     out: Option<&mut MaybeUninit<punctual_ray_cast>>,
 ) -> Status {
-    let budget = punctual_budget_work(work);
+    let (query, budget, out) = (asked(Some(query)), punctual_budget_work(work), slot(out));
     // SAFETY: no clock of the caller's.
     unsafe {
         match resumes {
-            true => {
-                punctual_ray_query_resume(asked(Some(query)), workspace, budget, None, slot(out))
-            }
-            false => punctual_ray_query_run(asked(Some(query)), workspace, budget, None, slot(out)),
+            true => punctual_ray_query_resume(query, workspace, budget, None, out),
+            false => punctual_ray_query_run(query, workspace, budget, None, out),
         }
     }
 }
@@ -93,21 +75,12 @@ fn batch(
     hits: *mut punctual_ray_hit,
     out: Option<&mut MaybeUninit<punctual_ray_batch_outcome>>,
 ) -> Status {
-    let budget = punctual_budget_work(work);
+    let (batch, budget, out) = (asked(Some(batch)), punctual_budget_work(work), slot(out));
     // SAFETY: null or as many rays and hits as said; no clock of the caller's.
     unsafe {
         match resumes {
-            true => punctual_ray_batch_resume(
-                asked(Some(batch)),
-                workspace,
-                budget,
-                None,
-                hits,
-                slot(out),
-            ),
-            false => {
-                punctual_ray_batch_run(asked(Some(batch)), workspace, budget, None, hits, slot(out))
-            }
+            true => punctual_ray_batch_resume(batch, workspace, budget, None, hits, out),
+            false => punctual_ray_batch_run(batch, workspace, budget, None, hits, out),
         }
     }
 }
@@ -124,15 +97,9 @@ fn found(workspace: &punctual_workspace) -> Vec<punctual_ray_hit> {
 /// Each mode, budgets that stop and resume, hits that are drained because there is no room.
 #[test]
 fn rays_are_those_of_rust() {
-    let (ours, theirs) = (
-        tree_of(&knot()),
-        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
-    );
-    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
-    assert_eq!(
-        punctual_workspace_reserve_ray_hits(Some(&mut workspace), 2),
-        Status::Ok
-    );
+    let (ours, theirs) = knots();
+    let (mut workspace, mut other) = workspaces();
+    works(punctual_workspace_reserve_ray_hits(Some(&mut workspace), 2));
     other.reserve_ray_hits(2);
     let (mut stops, mut full, mut hits) = (0, 0, 0);
     for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
@@ -183,86 +150,47 @@ fn rays_are_those_of_rust() {
 
 #[test]
 fn batches_are_those_of_rust_and_do_not_allocate_again() {
-    let (ours, theirs) = (
-        tree_of(&knot()),
-        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
-    );
-    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
+    let (ours, theirs) = knots();
+    let (mut workspace, mut other) = workspaces();
     let (raw, rays): (Vec<_>, Vec<_>) = rays().into_iter().unzip();
     for any in [false, true] {
         let mut asked = punctual_ray_batch_new(Some(&ours), raw.as_ptr(), raw.len());
         asked.mode = u32::from(any);
         let native = Query::rays(&theirs, &rays);
         let native = if any { native.any() } else { native };
-        let mut told = native.run(&mut other, Budget::work(5_000));
         let mut hits = vec![NO_HIT; raw.len()];
-        let mut said = made(|out| {
-            batch(
-                &asked,
-                false,
-                Some(&mut workspace),
-                5_000,
-                hits.as_mut_ptr(),
-                out,
-            )
-        });
+        let room = hits.as_mut_ptr();
+        let mut ours = |resumes, work| {
+            made(|out| batch(&asked, resumes, Some(&mut workspace), work, room, out))
+        };
+        let mut said = ours(false, 5_000);
+        let mut told = native.run(&mut other, Budget::work(5_000));
         let mut stops = 0;
         loop {
             assert_eq!(said.done, told.value);
             assert_eq!(format!("{:?}", said.stop), format!("{:?}", told.stop));
             same_stats(&said.stats, &told.stats);
-            hits.iter()
-                .zip(other.first_hits())
-                .for_each(|(ours, &theirs)| same_hit(ours, theirs));
+            let both = hits.iter().zip(other.first_hits());
+            both.for_each(|(ours, &theirs)| same_hit(ours, theirs));
             if said.done == raw.len() {
                 break;
             }
             stops += 1;
             told = native.resume(&mut other, Budget::work(5_000)).unwrap();
-            // Another batch is not this one.
-            let fewer = punctual_ray_batch {
-                count: raw.len() - 1,
-                ..asked
-            };
-            let mut out = MaybeUninit::uninit();
-            let status = batch(
-                &fewer,
-                true,
-                Some(&mut workspace),
-                9,
-                hits.as_mut_ptr(),
-                Some(&mut out),
-            );
-            assert_eq!(status, Status::NotResumable);
             hits.fill(NO_HIT);
-            said = made(|out| {
-                batch(
-                    &asked,
-                    true,
-                    Some(&mut workspace),
-                    5_000,
-                    hits.as_mut_ptr(),
-                    out,
-                )
-            });
+            said = ours(true, 5_000);
         }
-        assert!(
-            stops > 2 && other.first_hits().iter().flatten().count() > 20,
-            "{stops}"
-        );
+        assert!(stops > 2, "{stops}");
+        assert!(other.first_hits().iter().flatten().count() > 20);
+        assert_eq!(allocator_calls(|| _ = ours(false, u64::MAX)), 0);
+        // Another batch is not this one.
+        ours(false, 1);
+        let fewer = punctual_ray_batch {
+            count: raw.len() - 1,
+            ..asked
+        };
         let mut out = MaybeUninit::uninit();
-        let calls = allocator_calls(|| {
-            let status = batch(
-                &asked,
-                false,
-                Some(&mut workspace),
-                u64::MAX,
-                hits.as_mut_ptr(),
-                Some(&mut out),
-            );
-            assert_eq!(status, Status::Ok);
-        });
-        assert_eq!(calls, 0);
+        refuses! { batch(&fewer, true, Some(&mut workspace), 9, room, Some(&mut out)) => NotResumable; }
     }
 }
 
@@ -278,40 +206,20 @@ fn bad_rays_are_refused_by_name() {
         cast(&query, false, Some(&mut workspace), 1, None) => null "outcome";
         cast(&query, true, None, 1, Some(&mut out)) => null "workspace";
     }
-    let lost = punctual_ray {
-        target: punctual_point {
-            x: 0.0,
-            y: f64::NAN,
-            z: 0.0,
-        },
-        ..ray
-    };
-    let still = punctual_ray {
-        target: ray.origin,
-        is_segment: 7,
-        ..ray
-    };
-    for (bad, text) in [
-        (
-            punctual_ray_query { ray: lost, ..query },
-            "query->ray: y of the ray's direction or end is not finite",
-        ),
-        (
-            punctual_ray_query {
-                ray: still,
-                ..query
-            },
-            "query->ray: the ray's direction is zero, or both ends of the segment are one point",
-        ),
-        (
-            punctual_ray_query { mode: 3, ..query },
-            "query->mode has no value 3",
-        ),
-    ] {
-        refuses! {
-            cast(&bad, false, Some(&mut workspace), 1, Some(&mut out))
-                => BadArgument &format!("punctual_ray_query_run: {text}");
-        }
+    let (mut lost, mut still) = (ray, ray);
+    lost.target.y = f64::NAN;
+    (still.target, still.is_segment) = (ray.origin, 7);
+    let lost_is = "y of the ray's direction or end is not finite";
+    let still_is = "the ray's direction is zero, or both ends of the segment are one point";
+    let name = "punctual_ray_query_run: query->";
+    let mut run = |bad| cast(&bad, false, Some(&mut workspace), 1, Some(&mut out));
+    refuses! {
+        run(punctual_ray_query { ray: lost, ..query })
+            => BadArgument &format!("{name}ray: {lost_is}");
+        run(punctual_ray_query { ray: still, ..query })
+            => BadArgument &format!("{name}ray: {still_is}");
+        run(punctual_ray_query { mode: 3, ..query })
+            => BadArgument &format!("{name}mode has no value 3");
     }
     let (mut many, mut hits, mut out) = ([ray; 3], [NO_HIT; 3], MaybeUninit::uninit());
     let asked = punctual_ray_batch_new(Some(&tree), many.as_ptr(), 3);
@@ -348,12 +256,9 @@ fn bad_rays_are_refused_by_name() {
 
 #[test]
 fn the_clearance_is_that_of_rust() {
-    let (ours, theirs) = (
-        tree_of(&knot()),
-        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
-    );
-    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
-    let (mut memory, mut remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+    let (ours, theirs) = knots();
+    let (mut workspace, mut other) = workspaces();
+    let (mut memory, mut remembered) = memories();
     let at = |x: f64| Pose::new(tilted().rotation(), DVec3::new(x, 0.0, 0.0)).unwrap();
     let tree = Some(&*ours);
     let clearance = |memory: &punctual_memory, pose: &Pose| {
@@ -361,34 +266,22 @@ fn the_clearance_is_that_of_rust() {
     };
     assert_eq!(clearance(&memory, &at(9.0)), 0.0);
     let query = punctual_distance_query_new(tree, tree, raw(&at(9.0)));
+    let budget = punctual_budget_unlimited();
     made(|out| {
+        let (query, out) = (asked(Some(&query)), slot(out));
         let (space, known) = (Some(&mut *workspace), Some(&mut *memory));
         // SAFETY: no clock of the caller's.
-        unsafe {
-            punctual_distance_query_run(
-                asked(Some(&query)),
-                space,
-                known,
-                punctual_budget_unlimited(),
-                None,
-                slot(out),
-            )
-        }
+        unsafe { punctual_distance_query_run(query, space, known, budget, None, out) }
     });
     let pair = Query::distance(&theirs, &theirs, at(9.0));
-    let distance = pair
-        .with_memory(&mut remembered)
-        .run(&mut other, Budget::unlimited());
+    let known = pair.with_memory(&mut remembered);
+    let distance = known.run(&mut other, Budget::unlimited());
     for x in [9.0, 8.0, 10.5, 2.0] {
-        assert_eq!(
-            clearance(&memory, &at(x)),
-            remembered.clearance(&theirs, &theirs, &at(x))
-        );
+        let expected = remembered.clearance(&theirs, &theirs, &at(x));
+        assert_eq!(clearance(&memory, &at(x)), expected);
     }
-    assert!(
-        clearance(&memory, &at(9.0)) > 0.9 * distance.value.low
-            && clearance(&memory, &at(2.0)) == 0.0
-    );
+    assert!(clearance(&memory, &at(9.0)) > 0.9 * distance.value.low);
+    assert_eq!(clearance(&memory, &at(2.0)), 0.0);
     let (pose, mut out) = (raw(&at(9.0)), MaybeUninit::uninit());
     refuses! {
         punctual_memory_clearance(None, tree, tree, pose, Some(&mut out)) => null "memory";
@@ -397,8 +290,7 @@ fn the_clearance_is_that_of_rust() {
         punctual_memory_clearance(Some(&memory), tree, tree, pose, None) => null "clearance";
     }
     let no_pose = punctual_pose { m: [0.0; 12] };
-    assert_eq!(
-        punctual_memory_clearance(Some(&memory), tree, tree, no_pose, Some(&mut out)),
-        Status::BadPose
-    );
+    refuses! {
+        punctual_memory_clearance(Some(&memory), tree, tree, no_pose, Some(&mut out)) => BadPose;
+    }
 }

@@ -16,33 +16,15 @@ fn null_is_refused_by_meshes_poses_and_triangles() {
     let triangle = punctual_triangle {
         corners: [[0.0; 3]; 3],
     };
-    let (vertices, corners) = ([0.0; 3], [0; 3]);
-    // SAFETY: null or as long as said.
-    unsafe {
-        null_is_seen(
-            punctual_mesh_new_f32(null(), 1, corners.as_ptr(), 1, None),
-            "vertices",
-        );
-        null_is_seen(
-            punctual_mesh_new_f32([0.0; 3].as_ptr(), 1, null(), 1, None),
-            "triangles",
-        );
-        null_is_seen(
-            punctual_mesh_new_f32([0.0; 3].as_ptr(), 1, corners.as_ptr(), 1, None),
-            HANDLE,
-        );
-        null_is_seen(
-            punctual_mesh_new_f64(null(), 1, corners.as_ptr(), 1, None),
-            "vertices",
-        );
-        null_is_seen(
-            punctual_mesh_new_f64(vertices.as_ptr(), 1, null(), 1, None),
-            "triangles",
-        );
-        null_is_seen(
-            punctual_mesh_new_f64(vertices.as_ptr(), 1, corners.as_ptr(), 1, None),
-            HANDLE,
-        );
+    let (singles, doubles, corners) = ([0.0_f32; 3], [0.0_f64; 3], [0; 3]);
+    let (narrow, wide, corner) = (singles.as_ptr(), doubles.as_ptr(), corners.as_ptr());
+    refuses! {
+        punctual_mesh_new_f32(null(), 1, corner, 1, None) => null "vertices";
+        punctual_mesh_new_f32(narrow, 1, null(), 1, None) => null "triangles";
+        punctual_mesh_new_f32(narrow, 1, corner, 1, None) => null HANDLE;
+        punctual_mesh_new_f64(null(), 1, corner, 1, None) => null "vertices";
+        punctual_mesh_new_f64(wide, 1, null(), 1, None) => null "triangles";
+        punctual_mesh_new_f64(wide, 1, corner, 1, None) => null HANDLE;
     }
     refuses! {
         punctual_mesh_describe(None, slot(None)) => null "mesh";
@@ -68,31 +50,23 @@ fn null_is_refused_by_meshes_poses_and_triangles() {
 fn null_is_refused_by_trees() {
     let mesh = knot();
     let tree = tree_of(&mesh);
-    // SAFETY: null or as long as said.
-    unsafe {
-        null_is_seen(punctual_tree_refit_f32(None, null(), 0), "tree");
-        null_is_seen(punctual_tree_refit_f32(None, null(), 1), "vertices");
-        null_is_seen(punctual_tree_refit_f64(None, null(), 0), "tree");
-        null_is_seen(punctual_tree_refit_f64(None, null(), 1), "vertices");
-        refuses! {
-            punctual_tree_to_bytes(None, null_mut(), 0, None) => null "tree";
-            punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None) => null "count";
-            punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut MaybeUninit::uninit()))
-                => null "bytes";
-            punctual_mesh_read(null(), None) => null "path";
-            punctual_mesh_read_bytes(null(), 1, 0, None) => null "bytes";
-            punctual_mesh_read_bytes(OBJ.as_ptr(), OBJ.len(), 0, None) => null HANDLE;
-            punctual_tree_from_bytes(null(), 1, None) => null "bytes";
-            punctual_tree_levels(None, null_mut(), size_of::<punctual_tree_level>(), 0, None)
-                => null "tree";
-            punctual_tree_levels(Some(&tree), null_mut(), size_of::<punctual_tree_level>(), 0, None)
-                => null "count";
-        }
-        let mut count = MaybeUninit::uninit();
-        refuses! {
-            punctual_tree_levels(Some(&tree), null_mut(), size_of::<punctual_tree_level>(), 1, Some(&mut count))
-                => null "levels";
-        }
+    let (nowhere, size) = (null_mut(), size_of::<punctual_tree_level>());
+    let (mut count, mut other) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+    refuses! {
+        punctual_tree_refit_f32(None, null(), 0) => null "tree";
+        punctual_tree_refit_f32(None, null(), 1) => null "vertices";
+        punctual_tree_refit_f64(None, null(), 0) => null "tree";
+        punctual_tree_refit_f64(None, null(), 1) => null "vertices";
+        punctual_tree_to_bytes(None, null_mut(), 0, None) => null "tree";
+        punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None) => null "count";
+        punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut other)) => null "bytes";
+        punctual_mesh_read(null(), None) => null "path";
+        punctual_mesh_read_bytes(null(), 1, 0, None) => null "bytes";
+        punctual_mesh_read_bytes(OBJ.as_ptr(), OBJ.len(), 0, None) => null HANDLE;
+        punctual_tree_from_bytes(null(), 1, None) => null "bytes";
+        punctual_tree_levels(None, nowhere, size, 0, None) => null "tree";
+        punctual_tree_levels(Some(&tree), nowhere, size, 0, None) => null "count";
+        punctual_tree_levels(Some(&tree), nowhere, size, 1, Some(&mut count)) => null "levels";
     }
     refuses! {
         punctual_tree_new(None, asked(None), None) => null "mesh";
@@ -270,26 +244,15 @@ fn null_is_refused_by_scenes() {
         now: None,
         context: null_mut(),
     };
-    // SAFETY: nothing but null.
-    unsafe {
-        refuses! {
-            punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), slot(None))
-                => null "clock->now";
-        }
-        null_is_seen(punctual_scene_refit_f32(None, NOBODY, null(), 0), "scene");
-        null_is_seen(
-            punctual_scene_refit_f32(None, NOBODY, null(), 1),
-            "vertices",
-        );
-        null_is_seen(punctual_scene_refit_f64(None, NOBODY, null(), 0), "scene");
-        null_is_seen(
-            punctual_scene_refit_f64(None, NOBODY, null(), 1),
-            "vertices",
-        );
-        refuses! {
-            punctual_scene_bodies(None, null_mut(), 0, None) => null "scene";
-            punctual_scene_bodies(Some(&scene), null_mut(), 0, None) => null "count";
-        }
+    refuses! {
+        punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), slot(None))
+            => null "clock->now";
+        punctual_scene_refit_f32(None, NOBODY, null(), 0) => null "scene";
+        punctual_scene_refit_f32(None, NOBODY, null(), 1) => null "vertices";
+        punctual_scene_refit_f64(None, NOBODY, null(), 0) => null "scene";
+        punctual_scene_refit_f64(None, NOBODY, null(), 1) => null "vertices";
+        punctual_scene_bodies(None, null_mut(), 0, None) => null "scene";
+        punctual_scene_bodies(Some(&scene), null_mut(), 0, None) => null "count";
     }
 }
 
@@ -299,56 +262,25 @@ fn bodies_that_are_not_there_are_refused() {
     let mut scene = owned(|scene| punctual_scene_new(0, 0, scene));
     let pose = punctual_pose_identity();
     let mut pair = MaybeUninit::uninit();
-    let calls: [(&str, Status); 10] = [
-        ("remove", punctual_scene_remove(Some(&mut scene), NOBODY)),
-        ("body", unsafe {
-            punctual_scene_body(Some(&scene), NOBODY, slot(Some(&mut MaybeUninit::uninit())))
-        }),
-        (
-            "tree",
-            punctual_scene_tree(Some(&scene), NOBODY, Some(&mut MaybeUninit::uninit())),
-        ),
-        (
-            "set_pose",
-            punctual_scene_set_pose(Some(&mut scene), NOBODY, pose),
-        ),
-        (
-            "set_tree",
-            punctual_scene_set_tree(Some(&mut scene), NOBODY, Some(&tree)),
-        ),
-        (
-            "set_filter",
-            punctual_scene_set_filter(Some(&mut scene), NOBODY, 1, 1),
-        ),
-        (
-            "set_importance",
-            punctual_scene_set_importance(Some(&mut scene), NOBODY, 1.0),
-        ),
-        // SAFETY: no vertices.
-        ("refit", unsafe {
-            punctual_scene_refit_f32(Some(&mut scene), NOBODY, null(), 0)
-        }),
-        ("pair", unsafe {
-            punctual_scene_pair(
-                Some(&scene),
-                NOBODY,
-                NOBODY,
-                row(Some(&mut pair)),
-                size_of::<punctual_pair_report>(),
-                Some(&mut MaybeUninit::uninit()),
-            )
-        }),
-        ("certificate", unsafe {
-            punctual_scene_certificate(
-                Some(&scene),
-                NOBODY,
-                NOBODY,
-                slot(Some(&mut MaybeUninit::uninit())),
-            )
-        }),
-    ];
-    for (name, status) in calls {
-        assert_eq!(status, Status::NoSuchBody, "{name}");
+    let (mut body, mut shape, mut open) = (
+        MaybeUninit::uninit(),
+        MaybeUninit::uninit(),
+        MaybeUninit::uninit(),
+    );
+    let (size, mut listed) = (size_of::<punctual_pair_report>(), MaybeUninit::uninit());
+    let (place, written) = (row(Some(&mut pair)), Some(&mut listed));
+    refuses! {
+        punctual_scene_remove(Some(&mut scene), NOBODY) => NoSuchBody;
+        punctual_scene_body(Some(&scene), NOBODY, slot(Some(&mut body))) => NoSuchBody;
+        punctual_scene_tree(Some(&scene), NOBODY, Some(&mut shape)) => NoSuchBody;
+        punctual_scene_set_pose(Some(&mut scene), NOBODY, pose) => NoSuchBody;
+        punctual_scene_set_tree(Some(&mut scene), NOBODY, Some(&tree)) => NoSuchBody;
+        punctual_scene_set_filter(Some(&mut scene), NOBODY, 1, 1) => NoSuchBody;
+        punctual_scene_set_importance(Some(&mut scene), NOBODY, 1.0) => NoSuchBody;
+        punctual_scene_refit_f32(Some(&mut scene), NOBODY, null(), 0) => NoSuchBody;
+        punctual_scene_pair(Some(&scene), NOBODY, NOBODY, place, size, written) => NoSuchBody;
+        punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, slot(Some(&mut open)))
+            => NoSuchBody;
     }
     assert!(last_error().ends_with("body 7 (generation 3) is not in the scene"));
 }
@@ -357,29 +289,16 @@ fn bodies_that_are_not_there_are_refused() {
 fn numbers_out_of_range_are_named_by_meshes_and_trees() {
     let (vertices, corners) = ([0.0f64; 4], [0u32; 6]);
     let mut place = MaybeUninit::uninit();
-    // SAFETY: what is too long or odd is refused before it is read.
-    unsafe {
-        let status = punctual_mesh_new_f64(
-            vertices.as_ptr(),
-            usize::MAX / 8,
-            corners.as_ptr(),
-            1,
-            Some(&mut place),
-        );
-        let text = "punctual_mesh_new_f64: vertices is longer than memory or not aligned";
-        fails(status, Status::BadArgument, text);
-        let odd = vertices.as_ptr().cast::<u8>().add(1).cast();
-        fails(
-            punctual_mesh_new_f64(odd, 1, corners.as_ptr(), 1, Some(&mut place)),
-            Status::BadArgument,
-            text,
-        );
-        let nan = [f32::NAN; 3];
-        fails(
-            punctual_mesh_new_f32(nan.as_ptr(), 1, corners.as_ptr(), 1, Some(&mut place)),
-            Status::BadMesh,
-            "punctual_mesh_new_f32: vertex 0 is not finite along axis 0",
-        );
+    let (wide, corner, nan) = (vertices.as_ptr(), corners.as_ptr(), [f32::NAN; 3]);
+    // SAFETY: within the array.
+    let odd = unsafe { wide.cast::<u8>().add(1).cast() };
+    let text = "punctual_mesh_new_f64: vertices is longer than memory or not aligned";
+    refuses! {
+        punctual_mesh_new_f64(wide, usize::MAX / 8, corner, 1, Some(&mut place))
+            => BadArgument text;
+        punctual_mesh_new_f64(odd, 1, corner, 1, Some(&mut place)) => BadArgument text;
+        punctual_mesh_new_f32(nan.as_ptr(), 1, corner, 1, Some(&mut place))
+            => BadMesh "punctual_mesh_new_f32: vertex 0 is not finite along axis 0";
     }
     let options = punctual_build_options {
         effort: 3,
@@ -411,12 +330,8 @@ fn numbers_out_of_range_are_named_by_workspaces_triangles_and_poses() {
         (f64::INFINITY, "inf"),
         (2.0 * 2f64.powi(1000), "2143"),
     ] {
-        let status = punctual_triangles_intersect(
-            triangle(0.0),
-            triangle(x),
-            Some(&mut MaybeUninit::uninit()),
-        );
-        assert_eq!(status, Status::BadArgument);
+        let mut out = MaybeUninit::uninit();
+        refuses! { punctual_triangles_intersect(triangle(0.0), triangle(x), Some(&mut out)) => BadArgument; }
         let start = format!("punctual_triangles_intersect: a coordinate of b is {text}");
         assert!(last_error().starts_with(&start), "{}", last_error());
     }
@@ -431,14 +346,9 @@ fn numbers_out_of_range_are_named_by_queries() {
     let tree = tree_of(&knot());
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let query = punctual_query_new(Some(&tree), Some(&tree), punctual_pose_identity());
-    let mut run = |query: punctual_query, budget| {
-        run(
-            &query,
-            Some(&mut workspace),
-            budget,
-            Some(&mut MaybeUninit::uninit()),
-        )
-    };
+    let mut out = MaybeUninit::uninit();
+    let mut run =
+        |query: punctual_query, budget| run(&query, Some(&mut workspace), budget, Some(&mut out));
     let unlimited = punctual_budget_unlimited();
     let name = "punctual_query_run";
     refuses! {
@@ -481,12 +391,9 @@ fn numbers_out_of_range_are_named_by_scenes() {
             => BadArgument "punctual_scene_use_threads: threads is 2000, possible are 1024";
     }
     let body = punctual_body_new(Some(&tree), punctual_pose_identity());
+    let mut out = MaybeUninit::uninit();
     let mut insert = |body| unsafe {
-        punctual_scene_insert(
-            Some(&mut scene),
-            asked(Some(&body)),
-            Some(&mut MaybeUninit::uninit()),
-        )
+        punctual_scene_insert(Some(&mut scene), asked(Some(&body)), Some(&mut out))
     };
     let name = "punctual_scene_insert";
     refuses! {
@@ -502,8 +409,6 @@ fn numbers_out_of_range_are_named_by_scenes() {
             => BadPose &format!("{name}: body 0 (generation 0): translation along axis 1 exceeds 2^990");
     }
     let unlimited = punctual_budget_unlimited();
-    assert_eq!(
-        made(|report| detect(Some(&mut scene), unlimited, report)).pair_count,
-        0
-    );
+    let report = made(|report| detect(Some(&mut scene), unlimited, report));
+    assert_eq!(report.pair_count, 0);
 }

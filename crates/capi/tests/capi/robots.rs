@@ -1,7 +1,9 @@
 //! Robots: the answers of Rust, and what is refused.
 
-use std::ffi::CString;
+use std::ffi::{CString, c_char};
+use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
+use std::sync::Arc;
 
 use super::call::*;
 use ::punctual_robot::{
@@ -334,7 +336,7 @@ fn bad_margins_and_tracks_are_refused() {
     let (mut robot, _, _) = arms();
     let (nose, cube, none) = (text("nose"), text("cube"), null());
     let (zero, pose) = (zero_pair().normal, punctual_pose_identity());
-    let mut near = std::mem::MaybeUninit::uninit();
+    let mut near = MaybeUninit::uninit();
     let mut margin = |margin, name, other, padding| {
         // SAFETY: texts.
         unsafe { punctual_robot_set_margin(Some(&mut robot), margin, name, other, padding) }
@@ -403,11 +405,11 @@ fn bad_robot_arguments_are_refused() {
                 => null "the place for the new handle";
             punctual_robot_from_urdf(null(), null(), null(), 0, None) => null "urdf";
         }
-        let mut out = std::mem::MaybeUninit::uninit();
+        let mut out = MaybeUninit::uninit();
         let status = punctual_robot_from_urdf(none.as_ptr(), null(), null(), 0, Some(&mut out));
         assert_eq!(status, Status::BadFile);
         assert!(last_error().contains("none.urdf"), "{}", last_error());
-        let mut shape = std::mem::MaybeUninit::uninit();
+        let mut shape = MaybeUninit::uninit();
         let ours = &mut *robot;
         let mut add = |link: *const _, pose| {
             punctual_robot_add(
@@ -635,12 +637,9 @@ fn bad_plans_are_refused() {
     let (mut robot, _, _) = arms();
     let mut plan = owned(|out| punctual_trajectory_new(out));
     let mut horizon = owned(|out| punctual_horizon_new(0.01, 0.0, out));
-    let (mut a, mut b) = (
-        std::mem::MaybeUninit::uninit(),
-        std::mem::MaybeUninit::uninit(),
-    );
-    let mut ahead = std::mem::MaybeUninit::uninit();
-    let mut motion = std::mem::MaybeUninit::uninit();
+    let (mut a, mut b) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+    let mut ahead = MaybeUninit::uninit();
+    let mut motion = MaybeUninit::uninit();
     let (cube, nose, all) = (text("cube"), text("nose"), punctual_budget_unlimited());
     let numbers = [0.0, 1.0, f64::NAN, 0.0];
     let mut push = |seconds, powers, joints| {
@@ -681,4 +680,119 @@ fn bad_plans_are_refused() {
     }
     punctual_trajectory_free(None);
     punctual_horizon_free(None);
+}
+
+/// Names, limits and poses; all pairs that meet; a path, stopped and resumed.
+#[test]
+fn parts_pairs_and_paths_are_those_of_rust() {
+    let (mut ours, mut theirs, _tree) = arms();
+    let model = Arc::clone(theirs.model());
+    let name =
+        |number, call: &dyn Fn(usize, *mut c_char, Option<&mut MaybeUninit<usize>>) -> Status| {
+            let mut bytes = [0u8; 32];
+            let length = made(|out| call(number, bytes.as_mut_ptr().cast(), out));
+            String::from_utf8(bytes[..length].to_vec()).unwrap()
+        };
+    let robot = &*ours;
+    for (i, (joint, limits)) in model
+        .joint_names()
+        .iter()
+        .zip(model.joint_limits())
+        .enumerate()
+    {
+        // SAFETY: room for 32.
+        let told = name(i, &|i, out, length| unsafe {
+            punctual_robot_joint_name(Some(robot), i, out, 32, length)
+        });
+        assert_eq!(told, *joint);
+        let [mut lower, mut upper] = [MaybeUninit::new(0.0); 2];
+        let (low, high) = (Some(&mut lower), Some(&mut upper));
+        assert_eq!(
+            punctual_robot_joint_limits(Some(robot), i, low, high),
+            Status::Ok
+        );
+        // SAFETY: written above.
+        let told = unsafe { [lower.assume_init(), upper.assume_init()] };
+        assert_eq!(told, limits.unwrap_or([-f64::INFINITY, f64::INFINITY]));
+    }
+    let mut poses = [punctual_pose_identity(); 16];
+    let count = made(|out| unsafe {
+        punctual_robot_link_poses(Some(robot), BENT.as_ptr(), 7, poses.as_mut_ptr(), 16, out)
+    });
+    assert_eq!(count, model.link_names().len());
+    let places = model.link_poses(&BENT).unwrap();
+    for ((i, link), (ours, theirs)) in model
+        .link_names()
+        .enumerate()
+        .zip(poses.iter().zip(&places))
+    {
+        // SAFETY: room for 32.
+        let told = name(i, &|i, out, length| unsafe {
+            punctual_robot_link_name(Some(robot), i, out, 32, length)
+        });
+        assert_eq!((told.as_str(), ours.m), (link, theirs.to_row_major()));
+    }
+    let (then, all) = (BENT.map(|q| q + 0.7), punctual_budget_unlimited());
+    let knots = [BENT, then, BENT, BENT.map(|q| -q)].concat();
+    let (mut room, mut want) = ([[0; 2]; 32], Vec::new());
+    for (work, at) in [(u64::MAX, 0), (u64::MAX, 1), (u64::MAX, 3), (500, 1)] {
+        let q = &knots[7 * at..];
+        let mut count = MaybeUninit::uninit();
+        let found = made(|out| unsafe {
+            let (budget, shapes) = (punctual_budget_work(work), room.as_mut_ptr().cast());
+            let (robot, count) = (Some(&mut *ours), Some(&mut count));
+            punctual_robot_collide_all(
+                robot,
+                q.as_ptr(),
+                7,
+                budget,
+                None,
+                shapes,
+                32,
+                count,
+                slot(out),
+            )
+        });
+        let told = theirs
+            .collide_all(&q[..7], Budget::work(work), &mut want)
+            .unwrap();
+        let pairs: Vec<_> = want.iter().map(|pair| pair.map(|id| id.number())).collect();
+        // SAFETY: written by the call.
+        assert_eq!(
+            (&room[..unsafe { count.assume_init() }], found.work),
+            (&pairs[..], told.work)
+        );
+    }
+    for (first, options) in [(0, EdgeOptions::any()), (1, EdgeOptions::first())] {
+        let found = made(|out| unsafe {
+            let (robot, budget) = (Some(&mut *ours), punctual_budget_work(4_000));
+            punctual_robot_path(robot, knots.as_ptr(), 4, 7, first, budget, None, slot(out))
+        });
+        same_motion(
+            &found,
+            &theirs.path(&knots, &options, Budget::work(4_000)).unwrap(),
+        );
+        if found.stop == punctual_stop_reason::WorkLimit {
+            let found = made(|out| unsafe {
+                punctual_robot_edge_resume(Some(&mut ours), all, None, slot(out))
+            });
+            same_motion(&found, &theirs.resume_edge(Budget::unlimited()).unwrap());
+        }
+    }
+    let mut motion = MaybeUninit::uninit();
+    let mut path = |count, joints| {
+        let (robot, out) = (Some(&mut *ours), slot(Some(&mut motion)));
+        // SAFETY: no longer than the array.
+        unsafe { punctual_robot_path(robot, knots.as_ptr(), count, joints, 0, all, None, out) }
+    };
+    refuses! {
+        path(1, 7) => BadArgument "punctual_robot_path: a path of fewer than two configurations";
+        path(7, 4) => BadArgument "punctual_robot_path: 4 joint values, the robot has 7";
+        path(usize::MAX, 7)
+            => BadArgument "punctual_robot_path: knots is longer than memory or not aligned";
+        punctual_robot_link_name(Some(&ours), 99, null_mut(), 0, None)
+            => BadArgument "punctual_robot_link_name: link is 99, but there are 8";
+        punctual_robot_link_poses(None, null(), 0, null_mut(), 0, None) => null "robot";
+        punctual_robot_joint_limits(None, 0, None, None) => null "robot";
+    }
 }

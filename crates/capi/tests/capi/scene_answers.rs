@@ -71,10 +71,11 @@ impl Both {
     }
 
     pub fn go(&mut self, body: usize, x: f64) {
-        assert_eq!(
-            punctual_scene_set_pose(Some(&mut self.scene), self.ids[body].0, raw(&at(x))),
-            Status::Ok
-        );
+        works(punctual_scene_set_pose(
+            Some(&mut self.scene),
+            self.ids[body].0,
+            raw(&at(x)),
+        ));
         self.native.set_pose(self.ids[body].1, at(x)).unwrap();
     }
 
@@ -209,10 +210,11 @@ fn scenes_tell_contacts_distances_and_passages_as_in_rust() {
     let (first, second, third) = (both.ids[0], both.ids[1], both.ids[2]);
     assert_eq!(both.detect(u64::MAX), [0, 0, 0]);
     both.go(1, 2.1);
-    assert_eq!(
-        punctual_scene_set_margin(Some(&mut both.scene), first.0, 0.2),
-        Status::Ok
-    );
+    works(punctual_scene_set_margin(
+        Some(&mut both.scene),
+        first.0,
+        0.2,
+    ));
     both.native.set_margin(first.1, 0.2).unwrap();
     assert_eq!(both.detect(u64::MAX), [1, 0, 0], "they begin to touch");
     both.go(1, 2.05);
@@ -221,25 +223,29 @@ fn scenes_tell_contacts_distances_and_passages_as_in_rust() {
     both.go(1, 5.0);
     assert_eq!(both.detect(u64::MAX), [1, 0, 0], "they part");
 
-    assert_eq!(
-        punctual_scene_measure(Some(&mut both.scene), first.0, third.0, 1e-3),
-        Status::Ok
-    );
+    works(punctual_scene_measure(
+        Some(&mut both.scene),
+        first.0,
+        third.0,
+        1e-3,
+    ));
     both.native.measure(first.1, third.1, 1e-3).unwrap();
     assert_eq!(both.detect(1), [0, 1, 0], "nothing is known yet");
     assert_eq!(both.detect(u64::MAX), [0, 1, 0]);
-    assert_eq!(
-        punctual_scene_stop_measuring(Some(&mut both.scene), third.0, first.0),
-        Status::Ok
-    );
+    works(punctual_scene_stop_measuring(
+        Some(&mut both.scene),
+        third.0,
+        first.0,
+    ));
     both.native.stop_measuring(third.1, first.1).unwrap();
     assert_eq!(both.detect(u64::MAX), [0, 0, 0]);
 
     let way = punctual_motion_straight(raw(&at(4.5)), punctual_point { x: 3.5, ..NO_POINT });
-    assert_eq!(
-        punctual_scene_set_motion(Some(&mut both.scene), second.0, way),
-        Status::Ok
-    );
+    works(punctual_scene_set_motion(
+        Some(&mut both.scene),
+        second.0,
+        way,
+    ));
     both.native
         .set_motion(
             second.1,
@@ -307,22 +313,10 @@ fn unknown_bodies_and_motions_are_refused() {
             => BadArgument "punctual_scene_cast: ray->mode has no value 3";
     }
     let scene = &mut *scene;
-    assert_eq!(
-        punctual_scene_set_margin(Some(scene), NOBODY, 0.0),
-        Status::NoSuchBody
-    );
-    assert_eq!(
-        punctual_scene_measure(Some(scene), id, NOBODY, 0.0),
-        Status::NoSuchBody
-    );
-    assert_eq!(
-        punctual_scene_stop_measuring(Some(scene), id, NOBODY),
-        Status::NoSuchBody
-    );
-    assert_eq!(
-        punctual_scene_set_motion(Some(scene), NOBODY, motion),
-        Status::NoSuchBody
-    );
+    refuses! { punctual_scene_set_margin(Some(scene), NOBODY, 0.0) => NoSuchBody; }
+    refuses! { punctual_scene_measure(Some(scene), id, NOBODY, 0.0) => NoSuchBody; }
+    refuses! { punctual_scene_stop_measuring(Some(scene), id, NOBODY) => NoSuchBody; }
+    refuses! { punctual_scene_set_motion(Some(scene), NOBODY, motion) => NoSuchBody; }
     let text = "body 0 (generation 0): -1 is not a length from 0 to 2^1000";
     refuses! {
         punctual_scene_set_margin(Some(scene), id, -1.0)
@@ -408,18 +402,9 @@ fn an_id_of_another_scene_is_refused() {
     let [mut one, other] = [Both::new(), Both::new()];
     let (ours, theirs) = (one.ids[0].0, other.ids[0].0);
     assert_eq!(ours, theirs);
-    assert_eq!(
-        punctual_scene_set_margin(Some(&mut one.scene), theirs, 0.5),
-        Status::NoSuchBody
-    );
+    refuses! { punctual_scene_set_margin(Some(&mut one.scene), theirs, 0.5) => NoSuchBody; }
     assert!(last_error().ends_with("body 0 (generation 0) is not in the scene"));
-    assert_eq!(
-        punctual_scene_set_margin(Some(&mut one.scene), ours, 0.5),
-        Status::Ok
-    );
+    works(punctual_scene_set_margin(Some(&mut one.scene), ours, 0.5));
     let stored = punctual_body_id { scene: 0, ..theirs };
-    assert_eq!(
-        punctual_scene_set_margin(Some(&mut one.scene), stored, 0.5),
-        Status::Ok
-    );
+    works(punctual_scene_set_margin(Some(&mut one.scene), stored, 0.5));
 }

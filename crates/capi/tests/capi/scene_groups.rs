@@ -62,10 +62,11 @@ fn compounds_and_groups_are_those_of_rust() {
     let mut both = Both { scene, native, ids };
     for (frame, work) in [1, 20_000, u64::MAX, u64::MAX].into_iter().enumerate() {
         let pose = at(14.0 - frame as f64);
-        assert_eq!(
-            punctual_scene_set_compound_pose(Some(&mut both.scene), compound, raw(&pose)),
-            Status::Ok
-        );
+        works(punctual_scene_set_compound_pose(
+            Some(&mut both.scene),
+            compound,
+            raw(&pose),
+        ));
         both.native.set_compound_pose(theirs, pose).unwrap();
         both.detect(work);
         let scene = Some(&*both.scene);
@@ -87,10 +88,10 @@ fn compounds_and_groups_are_those_of_rust() {
         );
         assert!(work < u64::MAX || found[0].open == 0 && found[0].bodies[0] == x[1]);
     }
-    assert_eq!(
-        punctual_scene_stop_measuring_groups(Some(&mut both.scene), groups),
-        Status::Ok
-    );
+    works(punctual_scene_stop_measuring_groups(
+        Some(&mut both.scene),
+        groups,
+    ));
     both.native.stop_measuring_groups(expected).unwrap();
     let way = punctual_motion_straight(
         raw(&at(14.0)),
@@ -99,10 +100,11 @@ fn compounds_and_groups_are_those_of_rust() {
             ..NO_POINT
         },
     );
-    assert_eq!(
-        punctual_scene_set_compound_motion(Some(&mut both.scene), compound, way),
-        Status::Ok
-    );
+    works(punctual_scene_set_compound_motion(
+        Some(&mut both.scene),
+        compound,
+        way,
+    ));
     both.native
         .set_compound_motion(
             theirs,
@@ -110,10 +112,10 @@ fn compounds_and_groups_are_those_of_rust() {
         )
         .unwrap();
     assert!(both.detect(u64::MAX)[2] > 0);
-    assert_eq!(
-        punctual_scene_remove_compound(Some(&mut both.scene), compound),
-        Status::Ok
-    );
+    works(punctual_scene_remove_compound(
+        Some(&mut both.scene),
+        compound,
+    ));
     refuses! {
         punctual_scene_remove_compound(Some(&mut both.scene), compound)
             => BadArgument "punctual_scene_remove_compound: compound 0 is not in the scene";
@@ -125,17 +127,15 @@ fn contact_points_are_those_of_rust() {
     let mut both = Both::new();
     let [(a, first), (b, second)] = [both.ids[0], both.ids[1]];
     let contacts = punctual_pair_question::Contacts as u32;
-    assert_eq!(
-        punctual_scene_set_question_importance(Some(&mut both.scene), contacts, 0.5),
-        Status::Ok
-    );
+    works(punctual_scene_set_question_importance(
+        Some(&mut both.scene),
+        contacts,
+        0.5,
+    ));
     both.native
         .set_question_importance(PairQuestion::Contacts, 0.5)
         .unwrap();
-    assert_eq!(
-        punctual_scene_find_contacts_of(Some(&mut both.scene), a, b),
-        Status::Ok
-    );
+    works(punctual_scene_find_contacts_of(Some(&mut both.scene), a, b));
     both.native.find_contacts_of(first, second).unwrap();
     for (x, work) in [(1.95, 2_000), (1.95, u64::MAX), (5.0, u64::MAX)] {
         both.go(1, x);
@@ -168,10 +168,11 @@ fn contact_points_are_those_of_rust() {
         );
         assert!(work < u64::MAX || points.is_empty() == (x > 2.0));
     }
-    assert_eq!(
-        punctual_scene_stop_finding_contacts_of(Some(&mut both.scene), a, b),
-        Status::Ok
-    );
+    works(punctual_scene_stop_finding_contacts_of(
+        Some(&mut both.scene),
+        a,
+        b,
+    ));
     both.native.stop_finding_contacts_of(first, second).unwrap();
     let filter = Filter::new(1, 4);
     both.go(1, 1.9);
@@ -201,10 +202,7 @@ fn contact_points_are_those_of_rust() {
         let status = punctual_scene_ignore(Some(&mut both.scene), a, b, ignores);
         assert_eq!(status, Status::Ok);
     }
-    assert_eq!(
-        punctual_scene_find_contacts(Some(&mut both.scene)),
-        Status::Ok
-    );
+    works(punctual_scene_find_contacts(Some(&mut both.scene)));
     refuses! {
         punctual_scene_set_question_importance(Some(&mut both.scene), 4, 0.0)
             => BadArgument "punctual_scene_set_question_importance: question has no value 4";
@@ -308,8 +306,5 @@ fn unknown_bodies_and_groups_are_refused() {
         punctual_scene_set_compound_pose(Some(&mut scene), 7, pose),
         Status::BadArgument
     );
-    assert_eq!(
-        punctual_scene_find_contacts_of(Some(&mut scene), id, NOBODY),
-        Status::NoSuchBody
-    );
+    refuses! { punctual_scene_find_contacts_of(Some(&mut scene), id, NOBODY) => NoSuchBody; }
 }

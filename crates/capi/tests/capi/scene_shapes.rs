@@ -185,10 +185,7 @@ fn a_batch_of_rays_is_answered_ray_by_ray_and_groups_hide_bodies() {
         let status = punctual_scene_set_group(Some(scene), both.ids[body].0, group);
         assert_eq!(status, Status::Ok);
     }
-    assert_eq!(
-        punctual_scene_ignore_groups(Some(scene), left, right, true),
-        Status::Ok
-    );
+    works(punctual_scene_ignore_groups(Some(scene), left, right, true));
     let (_, casts) = cast(scene, &rays, 1 << 40);
     assert_eq!(casts[2].hit.body, both.ids[2].0);
     let status = punctual_scene_set_group(Some(scene), both.ids[1].0, PUNCTUAL_NO_GROUP);
@@ -281,10 +278,7 @@ fn bad_shapes_and_groups_are_refused_by_name() {
         Status::BadArgument
     );
     let own = Some(&mut *scene);
-    assert_eq!(
-        punctual_scene_set_group(own, NOBODY, PUNCTUAL_NO_GROUP),
-        Status::NoSuchBody
-    );
+    refuses! { punctual_scene_set_group(own, NOBODY, PUNCTUAL_NO_GROUP) => NoSuchBody; }
     let own = Some(&mut *scene);
     assert_eq!(
         punctual_scene_ignore_groups(own, 0, 0, true),

@@ -83,10 +83,11 @@ impl Both {
     fn move_on(&mut self, frame: u32) {
         for (i, &(id, native_id)) in (0..).zip(&self.ids).skip(2) {
             let pose = place(i, frame);
-            assert_eq!(
-                punctual_scene_set_pose(Some(&mut self.scene), id, raw(&pose)),
-                Status::Ok
-            );
+            works(punctual_scene_set_pose(
+                Some(&mut self.scene),
+                id,
+                raw(&pose),
+            ));
             self.native.set_pose(native_id, pose).unwrap();
         }
     }
@@ -144,24 +145,28 @@ impl Both {
 
     fn set(&mut self, frame: u32) {
         let ((third, native_third), (fourth, native_fourth)) = (self.ids[3], self.ids[4]);
-        assert_eq!(
-            punctual_scene_set_tree(Some(&mut self.scene), third, Some(&self.ours)),
-            Status::Ok
-        );
+        works(punctual_scene_set_tree(
+            Some(&mut self.scene),
+            third,
+            Some(&self.ours),
+        ));
         self.native
             .set_tree(native_third, Arc::clone(&self.theirs))
             .unwrap();
-        assert_eq!(
-            punctual_scene_set_filter(Some(&mut self.scene), fourth, 2, 6),
-            Status::Ok
-        );
+        works(punctual_scene_set_filter(
+            Some(&mut self.scene),
+            fourth,
+            2,
+            6,
+        ));
         self.native
             .set_filter(native_fourth, Filter::new(2, 6))
             .unwrap();
-        assert_eq!(
-            punctual_scene_set_importance(Some(&mut self.scene), fourth, 9.0),
-            Status::Ok
-        );
+        works(punctual_scene_set_importance(
+            Some(&mut self.scene),
+            fourth,
+            9.0,
+        ));
         self.native.set_importance(native_fourth, 9.0).unwrap();
         let body =
             made(|body| unsafe { punctual_scene_body(Some(&self.scene), fourth, slot(body)) });
@@ -343,18 +348,15 @@ fn scenes_answer_as_in_rust() {
 fn settings_and_calibrations_are_those_of_rust() {
     let mut both = Both::new();
     assert!(both.detect(punctual_budget_work(30_000), Budget::work(30_000)) > 0);
-    assert_eq!(
-        punctual_scene_set_mode(Some(&mut both.scene), punctual_mode::Any as u32),
-        Status::Ok
-    );
-    assert_eq!(
-        punctual_scene_set_reach(Some(&mut both.scene), punctual_reach::Here as u32),
-        Status::Ok
-    );
-    assert_eq!(
-        punctual_scene_set_max_pairs(Some(&mut both.scene), 5),
-        Status::Ok
-    );
+    works(punctual_scene_set_mode(
+        Some(&mut both.scene),
+        punctual_mode::Any as u32,
+    ));
+    works(punctual_scene_set_reach(
+        Some(&mut both.scene),
+        punctual_reach::Here as u32,
+    ));
+    works(punctual_scene_set_max_pairs(Some(&mut both.scene), 5));
     both.native.set_mode(Mode::Any);
     both.native.set_reach(Reach::Here);
     both.native.set_max_pairs(5);

@@ -88,7 +88,8 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<[f64; 3]>, ReadError> {
             format!("{has} bytes of numbers, shape ({shape}) of {kind} has others"),
         ));
     }
-    let rows = body.chunks_exact(size * columns);
+    // Without points, the columns may be any number.
+    let rows = body.chunks_exact(size.saturating_mul(columns));
     Ok(rows
         .map(|row| [0, 1, 2].map(|k| number(&row[k * size..][..size])))
         .collect())

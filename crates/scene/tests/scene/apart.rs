@@ -4,14 +4,10 @@ use std::sync::Arc;
 
 use crate::common::check;
 use crate::common::random::Random;
-use crate::{Model, detect, pose, trees};
+use crate::{Model, at, ball, detect, fixed, moving, pose, put, trees, whole_frame};
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{Budget, BuildOptions, Mesh, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_scene::{Body, BodyId, Scene};
-
-fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
-}
 
 /// A pose that differs from another by a small turn and step.
 fn trembling(from: &Pose, size: f64, random: &mut Random) -> Pose {
@@ -23,7 +19,7 @@ fn trembling(from: &Pose, size: f64, random: &mut Random) -> Pose {
     .unwrap()
 }
 
-fn ball(extremes: bool) -> Arc<Tree> {
+fn knowing_ball(extremes: bool) -> Arc<Tree> {
     Arc::new(Tree::with_options(
         shapes::icosphere(3),
         &BuildOptions::default().extremes(extremes),
@@ -104,22 +100,15 @@ fn bodies_that_tremble_are_decided_as_if_asked_anew() {
 
 /// Two balls draw near in ever smaller steps: the frame in which they meet is the one in which a query says so.
 #[test]
-fn what_draws_near_slowly_is_seen_to_meet() {
+fn bodies_that_approach_slowly_are_seen_to_meet() {
     for (turn, extremes) in [
         (DMat3::IDENTITY, true),
         (DMat3::from_rotation_z(0.7) * (1.0 + 4e-5), false),
     ] {
-        let (ball, mut scene) = (ball(extremes), Scene::new());
+        let (ball, mut scene) = (knowing_ball(extremes), Scene::new());
         let far = DVec3::new(1e5, -2e5, 3e5);
-        scene
-            .insert(Body::fixed(
-                Arc::clone(&ball),
-                Pose::new(turn, far).unwrap(),
-            ))
-            .unwrap();
-        let id = scene
-            .insert(Body::moving(Arc::clone(&ball), at(0.0, 0.0, 0.0)))
-            .unwrap();
+        fixed(&mut scene, &ball, Pose::new(turn, far).unwrap());
+        let id = moving(&mut scene, &ball, at(0.0, 0.0, 0.0));
         let (mut gap, mut met, mut queries) = (0.05, 0, 0);
         for frame in 0..4_000 {
             gap -= 2e-5;
@@ -129,7 +118,7 @@ fn what_draws_near_slowly_is_seen_to_meet() {
             )
             .unwrap();
             scene.set_pose(id, place).unwrap();
-            let report = detect(&mut scene, Budget::unlimited());
+            let report = whole_frame(&mut scene);
             queries += usize::from(report.work > 0);
             let bodies: Vec<(BodyId, &Body)> = scene.bodies().collect();
             let b_in_a = bodies[0].1.pose.inverse().unwrap().compose(&place).unwrap();
@@ -157,23 +146,17 @@ fn what_draws_near_slowly_is_seen_to_meet() {
 /// Balls tremble side by side, closer than the first proof asks for: they need a query in few frames all the same, and are never
 /// said to meet.
 #[test]
-fn what_trembles_close_by_needs_few_queries() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+fn bodies_that_tremble_close_by_need_few_queries() {
+    let ball = ball(3);
     for steps in [12.0, 24.0, 48.0] {
         let (step, mut scene) = (2e-4, Scene::new());
-        scene
-            .insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))
-            .unwrap();
+        fixed(&mut scene, &ball, Pose::IDENTITY);
         let [x, y] = [std::f64::consts::FRAC_1_SQRT_2; 2].map(|part| part * (2.0 + steps * step));
-        let id = scene
-            .insert(Body::moving(Arc::clone(&ball), at(x, y, 0.0)))
-            .unwrap();
+        let id = moving(&mut scene, &ball, at(x, y, 0.0));
         let mut free = 0;
         for frame in 0..96 {
-            scene
-                .set_pose(id, at(x, y, step * f64::from(frame % 2)))
-                .unwrap();
-            let report = detect(&mut scene, Budget::unlimited());
+            put(&mut scene, id, at(x, y, step * f64::from(frame % 2)));
+            let report = whole_frame(&mut scene);
             assert_eq!(
                 (report.pairs.len(), report.decided, report.intersecting),
                 (1, 1, 0)
@@ -187,8 +170,8 @@ fn what_trembles_close_by_needs_few_queries() {
 /// A ball rolls over another, far in a frame and close to it: a plane parts them, for the work of some planes a frame, if both
 /// trees keep extremes and neither was refitted. Where the balls meet is told as ever.
 #[test]
-fn what_a_plane_parts_needs_no_search() {
-    let mut refitted = Tree::clone(&ball(true));
+fn a_separating_plane_spares_the_search() {
+    let mut refitted = Tree::clone(&knowing_ball(true));
     let vertices: Vec<_> = (0..refitted.mesh().vertex_count())
         .map(|i| refitted.mesh().vertex(i).as_vec3().to_array())
         .collect();
@@ -206,13 +189,12 @@ fn what_a_plane_parts_needs_no_search() {
             let (angle, apart) = (0.05 * f64::from(frame), frame / 2 != 50);
             let away = DVec3::new(angle.cos(), angle.sin(), (2.0 * angle).sin()).normalize();
             let center = DVec3::new(3.0, 2.0, 1.0) + away * if apart { 2.001 } else { 1.9 };
-            scene
-                .set_pose(
-                    id,
-                    Pose::new(DMat3::from_rotation_y(3.0 * angle), center).unwrap(),
-                )
-                .unwrap();
-            let report = detect(&mut scene, Budget::unlimited());
+            put(
+                &mut scene,
+                id,
+                Pose::new(DMat3::from_rotation_y(3.0 * angle), center).unwrap(),
+            );
+            let report = whole_frame(&mut scene);
             assert_eq!(
                 (report.decided, report.intersecting),
                 (report.pairs.len(), usize::from(!apart)),
@@ -227,8 +209,9 @@ fn what_a_plane_parts_needs_no_search() {
         }
         work
     };
-    let [kept, of_one] = [[true, true], [true, false]].map(|extremes| rolling(extremes.map(ball)));
-    let of_refitted = rolling([Arc::new(refitted), ball(true)]);
+    let [kept, of_one] =
+        [[true, true], [true, false]].map(|extremes| rolling(extremes.map(knowing_ball)));
+    let of_refitted = rolling([Arc::new(refitted), knowing_ball(true)]);
     assert!(kept < of_one / 4 && kept < 190 * 3500, "{kept} {of_one}");
     assert_eq!(of_one, of_refitted);
 }
@@ -242,20 +225,14 @@ fn a_body_that_had_no_mesh_stays_apart_like_others() {
     ]
     .map(|mesh| Arc::new(Tree::new(mesh)));
     let mut scene = Scene::new();
-    scene
-        .insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))
-        .unwrap();
-    let id = scene
-        .insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))
-        .unwrap();
+    fixed(&mut scene, &ball, Pose::IDENTITY);
+    let id = moving(&mut scene, &ball, Pose::IDENTITY);
     for tree in [&nothing, &ball] {
         scene.set_tree(id, Arc::clone(tree)).unwrap();
         let mut free = 0;
         for frame in 0..60 {
-            scene
-                .set_pose(id, at(1.5, 1.5, 1e-5 * f64::from(frame)))
-                .unwrap();
-            let report = detect(&mut scene, Budget::unlimited());
+            put(&mut scene, id, at(1.5, 1.5, 1e-5 * f64::from(frame)));
+            let report = whole_frame(&mut scene);
             assert_eq!(
                 (report.pairs.len(), report.intersecting),
                 (usize::from(!tree.mesh().is_empty()), 0)
@@ -269,26 +246,18 @@ fn a_body_that_had_no_mesh_stays_apart_like_others() {
 /// Of how many frames ago a pair was decided, those count in which no query was needed.
 #[test]
 fn a_pair_that_was_known_to_be_apart_is_as_old_as_that() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let ball = ball(3);
     for quiet in [1, 30] {
         let mut scene = Scene::new();
-        scene
-            .insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))
-            .unwrap();
-        let id = scene
-            .insert(Body::moving(Arc::clone(&ball), at(1.5, 1.5, 0.0)))
-            .unwrap();
+        fixed(&mut scene, &ball, Pose::IDENTITY);
+        let id = moving(&mut scene, &ball, at(1.5, 1.5, 0.0));
         for frame in 0..10 + quiet {
-            scene
-                .set_pose(id, at(1.5, 1.5, 1e-5 * f64::from(frame)))
-                .unwrap();
-            let report = detect(&mut scene, Budget::unlimited());
+            put(&mut scene, id, at(1.5, 1.5, 1e-5 * f64::from(frame)));
+            let report = whole_frame(&mut scene);
             assert!(report.decided == 1 && (frame < 10 || report.work == 0));
         }
         for age in 1..4 {
-            scene
-                .set_pose(id, at(1.45, 1.45, 0.01 * age as f64))
-                .unwrap();
+            put(&mut scene, id, at(1.45, 1.45, 0.01 * age as f64));
             let pair = detect(&mut scene, Budget::work(0)).pairs[0];
             assert_eq!((pair.verdict, pair.age), (Verdict::Undecided, age));
         }
@@ -296,8 +265,8 @@ fn a_pair_that_was_known_to_be_apart_is_as_old_as_that() {
 }
 
 #[test]
-fn what_goes_on_meeting_and_comes_to_rest_is_told_with_triangles_that_meet_there() {
-    let tree = Arc::new(Tree::new(shapes::icosphere(2)));
+fn bodies_that_come_to_rest_in_contact_have_triangles_that_meet_there() {
+    let tree = ball(2);
     let mut scene = Scene::new();
     let mut insert = |pose| scene.insert(Body::moving(Arc::clone(&tree), pose)).unwrap();
     let [a, b, far] = [at(0.0, 0.0, 0.0), at(1.2, 0.0, 0.0), at(9.0, 0.0, 0.0)].map(&mut insert);
@@ -310,10 +279,8 @@ fn what_goes_on_meeting_and_comes_to_rest_is_told_with_triangles_that_meet_there
         if !rests {
             scene.set_pose(b, place).unwrap();
         }
-        scene
-            .set_pose(far, at(9.0 + f64::from(step), 0.0, 0.0))
-            .unwrap();
-        let report = detect(&mut scene, Budget::unlimited());
+        put(&mut scene, far, at(9.0 + f64::from(step), 0.0, 0.0));
+        let report = whole_frame(&mut scene);
         let told = *report.pair(a, b).unwrap();
         let Verdict::Intersecting { witness } = told.verdict else {
             panic!("{told:?}, step {step}")

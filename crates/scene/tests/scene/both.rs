@@ -5,20 +5,15 @@ use std::sync::Arc;
 
 use crate::common::random::Random;
 use crate::distances::{LEAST_DISTANCE_WORK, ROUNDING, crowd, distance};
-use crate::{detect, nudged, row, swing};
+use crate::{at, ball, detect, nudged, row, swing, whole_frame};
 use punctual::clock::ManualClock;
-use punctual::glam::{DMat3, DVec3};
 use punctual::impact::TimeOfImpact;
-use punctual::{Budget, Motion, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual::{Budget, Motion, Pose, Query, Verdict, Workspace};
 use punctual_scene::{Body, BodyId, PairPassage, PairQuestion, Scene};
 
 const TOLERANCE: f64 = 1e-4;
 
 type Motions = BTreeMap<BodyId, Motion>;
-
-fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
-}
 
 fn pairs(ids: &[BodyId]) -> impl Iterator<Item = [BodyId; 2]> {
     ids.iter()
@@ -238,7 +233,7 @@ fn neither_question_of_a_pair_waits_longer_than_promised() {
 /// impact of its pair from its turn.
 #[test]
 fn a_motion_has_its_turn_although_the_distance_before_it_is_never_done() {
-    let sphere = Arc::new(Tree::new(shapes::icosphere(5)));
+    let sphere = ball(5);
     let mut scene = Scene::new();
     let [a, b] = [0.0, 1e-3].map(|x| {
         let body = Body::moving(Arc::clone(&sphere), at(x, 0.0, 0.0));
@@ -254,10 +249,10 @@ fn a_motion_has_its_turn_although_the_distance_before_it_is_never_done() {
         scene.set_motion(b, motion).unwrap();
     };
     go(&mut scene, 0);
-    let impact = detect(&mut scene, Budget::unlimited()).work;
+    let impact = whole_frame(&mut scene).work;
     scene.measure(a, b, 0.0).unwrap();
     go(&mut scene, 1);
-    let all = detect(&mut scene, Budget::unlimited()).work;
+    let all = whole_frame(&mut scene).work;
     let (budget, distance) = (12 * impact, all - impact);
     assert!(8 * distance > 2 * budget, "{distance} and {impact}");
     let k = 2 * (2 * all).div_ceil(budget / 8) + 1;
@@ -275,18 +270,18 @@ fn a_motion_has_its_turn_although_the_distance_before_it_is_never_done() {
 /// Far from each other on their way, a pair needs no query for its motion.
 #[test]
 fn bodies_whose_ways_are_far_apart_are_free_without_a_query() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let ball = ball(2);
     let mut scene = Scene::new();
     let [a, b] = [0.0, 9.0].map(|x| {
         let body = Body::moving(Arc::clone(&ball), at(x, 0.0, 0.0));
         scene.insert(body).unwrap()
     });
     scene.measure(a, b, 1e-3).unwrap();
-    let measured = detect(&mut scene, Budget::unlimited()).work;
+    let measured = whole_frame(&mut scene).work;
     let go = |scene: &mut Scene, way: f64| {
         let motion = Motion::straight(at(9.0, 0.0, 0.0), [way, 0.0, 0.0]).unwrap();
         scene.set_motion(b, motion).unwrap();
-        let work = detect(scene, Budget::unlimited()).work;
+        let work = whole_frame(scene).work;
         (work, scene.passages().next().unwrap())
     };
     let (work, found) = go(&mut scene, -6.9);
@@ -298,6 +293,6 @@ fn bodies_whose_ways_are_far_apart_are_free_without_a_query() {
     // What is said of a motion ends with it.
     scene.set_pose(b, at(8.0, 0.0, 0.0)).unwrap();
     assert_eq!(scene.passages().next().map(|found| is_known(&found)), None);
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     assert_eq!(scene.passages().count(), 0);
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::anywhere;
 use crate::common::random::Random;
+use crate::{anywhere, ball, detect, fixed, moving, put, whole_frame};
 use punctual::clock::ManualClock;
 use punctual::geom::triangles_intersect;
 use punctual::glam::{DMat3, DQuat, DVec3};
@@ -15,21 +15,13 @@ use punctual_scene::{Body, BodyId, Filter, PairReport, Reach, Report, Scene};
 /// What the broad phase may spend beyond a budget of work.
 const BROAD_PHASE_WORK: u64 = 1 << 16;
 
-fn detect(scene: &mut Scene, budget: Budget) -> &Report {
-    scene.detect(budget.clock(&ManualClock::new()))
-}
-
 fn at(place: DVec3) -> Pose {
     Pose::new(DMat3::IDENTITY, place).unwrap()
 }
 
-fn ball() -> Arc<Tree> {
-    Arc::new(Tree::new(shapes::icosphere(0)))
-}
-
 /// Balls of radius 1 somewhere in a cube, every fifth fixed.
 fn crowd(scenes: &mut [&mut Scene], bodies: usize, half: f64, random: &mut Random) -> Vec<BodyId> {
-    let ball = ball();
+    let ball = ball(0);
     let mut insert = |i: usize| {
         let make = if i % 5 == 4 {
             Body::fixed
@@ -203,7 +195,7 @@ fn a_cut_broad_phase_loses_nothing() {
 /// Bodies that move, come, go, jump and change whom they meet.
 #[test]
 fn moving_bodies_with_a_cut_broad_phase_never_give_a_false_verdict() {
-    let ball = ball();
+    let ball = ball(0);
     for seed in 5..9 {
         let (mut scene, mut free, mut random) = (Scene::new(), Scene::new(), Random::new(seed));
         let mut ids = crowd(&mut [&mut scene, &mut free], 700, 7.0, &mut random);
@@ -275,7 +267,7 @@ fn the_limit_of_pairs_is_told_and_room_is_used_again() {
         }
     }
     let truth = detect(&mut free, Budget::unlimited()).clone();
-    let frames = (0..10).position(|_| detect(&mut scene, Budget::unlimited()).is_whole());
+    let frames = (0..10).position(|_| whole_frame(&mut scene).is_whole());
     assert!(frames.is_some_and(|frames| frames < 3) && !scene.report().is_full);
     let all = |report: &Report| {
         report
@@ -291,9 +283,9 @@ fn the_limit_of_pairs_is_told_and_room_is_used_again() {
             scene.set_pose(id, at(DVec3::ZERO)).unwrap();
         }
     }
-    assert!(detect(&mut scene, Budget::unlimited()).is_full);
+    assert!(whole_frame(&mut scene).is_full);
     scene.set_max_pairs(20_000);
-    assert!(detect(&mut scene, Budget::unlimited()).is_whole());
+    assert!(whole_frame(&mut scene).is_whole());
     let truth = detect(&mut free, Budget::unlimited());
     assert_eq!(scene.report().pairs.len(), truth.pairs.len());
 }
@@ -306,14 +298,12 @@ fn important_bodies_are_placed_first() {
     for &id in &important {
         scene.set_importance(id, 1.0).unwrap();
     }
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     let mut known = [0, 0];
     for _ in 0..30 {
         for &id in &ids {
             let place = scene.body(id).unwrap().pose.translation();
-            scene
-                .set_pose(id, at(place + 0.05 * random.vector()))
-                .unwrap();
+            put(&mut scene, id, at(place + 0.05 * random.vector()));
         }
         let report = detect(&mut scene, Budget::work(10_000));
         assert!(report.unplaced > 1_000);
@@ -337,16 +327,14 @@ fn no_pair_starves_beside_more_than_a_frame_can_look_at() {
     let (mut scene, mut random) = (Scene::new(), Random::new(11));
     let ids = crowd(&mut [&mut scene], 150, 0.5, &mut random);
     let rest = [DVec3::splat(9.0), DVec3::splat(9.9)];
-    let [a, b] = rest.map(|place| scene.insert(Body::moving(ball(), at(place))).unwrap());
-    while !detect(&mut scene, Budget::unlimited()).is_whole() {}
+    let [a, b] = rest.map(|place| scene.insert(Body::moving(ball(0), at(place))).unwrap());
+    while !whole_frame(&mut scene).is_whole() {}
     let last = DVec3::new(9.0, 9.0, 10.0);
     scene.set_pose(b, at(last)).unwrap();
     for frame in 0..2_000 {
         for &id in &ids {
             let place = scene.body(id).unwrap().pose.translation();
-            scene
-                .set_pose(id, at(place + 1e-3 * random.vector()))
-                .unwrap();
+            put(&mut scene, id, at(place + 1e-3 * random.vector()));
         }
         let report = detect(&mut scene, Budget::work(300_000));
         assert!(report.unlisted > 3_000);
@@ -372,9 +360,7 @@ fn a_cut_broad_phase_is_the_same_on_any_number_of_threads() {
         for _ in 0..25 {
             for &id in &ids {
                 let place = scene.body(id).unwrap().pose.translation();
-                scene
-                    .set_pose(id, at(place + 0.1 * random.vector()))
-                    .unwrap();
+                put(&mut scene, id, at(place + 0.1 * random.vector()));
             }
             let report = scene.detect(Budget::work(20_000)).clone();
             assert!(!report.is_whole());
@@ -397,7 +383,7 @@ fn pairs_that_still_meet_are_told_however_little_of_the_frame_is_left() {
     let mut random = Random::new(11);
     let (mut free, mut scene) = (Scene::new(), Scene::new());
     let ids = crowd(&mut [&mut free, &mut scene], 300, 4.0, &mut random);
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     let (mut told, mut meeting) = (0, 0);
     for frame in 0..60 {
         // Now and then one is removed, or goes far away.
@@ -434,7 +420,7 @@ fn pairs_whose_witnesses_are_lost_are_found_again_however_little_of_the_frame_is
     let mut random = Random::new(13);
     let (mut free, mut scene) = (Scene::new(), Scene::new());
     let ids = crowd(&mut [&mut free, &mut scene], 120, 3.0, &mut random);
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     let (mut told, mut meeting) = (0, 0);
     for _ in 0..40 {
         for &id in &ids {
@@ -474,18 +460,14 @@ fn neighbors_spare_searches_where_surfaces_slide_on_one_another() {
             .unwrap()
         };
         let mut scene = Scene::new();
-        let insert = |body| {
-            scene
-                .insert(Body::moving(Arc::clone(&tree), pose(body, 0)))
-                .unwrap()
-        };
+        let insert = |body| moving(&mut scene, &tree, pose(body, 0));
         let ids: Vec<BodyId> = (0..24).map(insert).collect();
         let (mut work, mut met) = (0, 0);
         for frame in 0..100 {
             for (body, &id) in ids.iter().enumerate() {
                 scene.set_pose(id, pose(body, frame)).unwrap();
             }
-            let report = detect(&mut scene, Budget::unlimited());
+            let report = whole_frame(&mut scene);
             work += report.work;
             for pair in report.intersecting_pairs() {
                 let Verdict::Intersecting { witness: [x, y] } = pair.verdict else {
@@ -525,7 +507,7 @@ fn a_body_that_comes_while_the_broad_phase_is_cut_is_paired_once() {
             scene.detect(Budget::time(Duration::from_nanos(nanos)).clock(&clock));
             crowd(&mut [&mut scene], 1, 2.0, &mut random);
         }
-        let report = detect(&mut scene, Budget::unlimited());
+        let report = whole_frame(&mut scene);
         let mut pairs: Vec<_> = report.pairs.iter().map(|pair| (pair.a, pair.b)).collect();
         pairs.dedup();
         assert_eq!(pairs.len(), report.pairs.len(), "{nanos} ns");
@@ -544,12 +526,10 @@ fn a_body_that_comes_while_the_broad_phase_is_cut_is_paired_once() {
 /// Of bodies that come at once, pairs are asked about as soon as they are known, not when all are.
 #[test]
 fn a_crowd_is_asked_about_while_it_is_being_paired() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     let mut scene = Scene::new();
     for _ in 0..400 {
-        scene
-            .insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))
-            .unwrap();
+        moving(&mut scene, &ball, Pose::IDENTITY);
     }
     let (mut frames, mut idle) = (0, 0);
     while detect(&mut scene, Budget::work(20_000)).unpaired > 0 {
@@ -564,14 +544,9 @@ fn a_crowd_is_asked_about_while_it_is_being_paired() {
 fn pairs_are_found_after_any_number_of_moves() {
     // So many that the tree is not built anew for that reason before its generations are used up.
     const BODIES: usize = 12_000;
-    let (ball, mut scene) = (ball(), Scene::new());
+    let (ball, mut scene) = (ball(0), Scene::new());
     for place in 0..BODIES {
-        scene
-            .insert(Body::fixed(
-                Arc::clone(&ball),
-                at(10.0 * DVec3::Y * place as f64),
-            ))
-            .unwrap();
+        fixed(&mut scene, &ball, at(10.0 * DVec3::Y * place as f64));
     }
     let mover = scene.insert(Body::moving(ball, at(DVec3::ZERO))).unwrap();
     for frame in 0..(1 << 16) + 1_000 {
@@ -580,10 +555,8 @@ fn pairs_are_found_after_any_number_of_moves() {
         } else {
             (2.5, false)
         };
-        scene
-            .set_pose(mover, at(DVec3::new(place, 50_000.0, 0.0)))
-            .unwrap();
-        let report = detect(&mut scene, Budget::unlimited());
+        put(&mut scene, mover, at(DVec3::new(place, 50_000.0, 0.0)));
+        let report = whole_frame(&mut scene);
         assert_eq!(
             (report.is_whole(), report.pairs.len(), report.intersecting),
             (true, usize::from(met), usize::from(met))

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{anywhere, detect, nudged, pose, trees};
+use crate::{anywhere, ball, detect, nudged, pose, trees, whole_frame};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Motion, Pose, Tree, shapes};
+use punctual::{Budget, Motion, Pose};
 use punctual_scene::{Body, BodyId, CompoundId, Filter, PairPassage, Report, Scene, SceneError};
 
 /// Two scenes of the same bodies: in one they are parts of compounds, in the other alone, where a filter says that those of
@@ -120,7 +120,7 @@ fn compounds_are_their_parts_at_products_of_poses() {
 
 #[test]
 fn a_compound_that_is_refused_changes_nothing() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
     let part = |x: f64| Body::moving(Arc::clone(&ball), at(x));
     let mut scene = Scene::new();
@@ -158,7 +158,7 @@ fn a_compound_that_is_refused_changes_nothing() {
 
 #[test]
 fn compounds_go_with_their_parts() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
     let part = |x: f64| Body::moving(Arc::clone(&ball), at(x));
     let mut scene = Scene::new();
@@ -170,10 +170,10 @@ fn compounds_go_with_their_parts() {
     let ids: Vec<_> = scene.parts(one).unwrap().collect();
     scene.measure(ids[0], ids[2], 0.1).unwrap();
     // Not even if their distance is asked for.
-    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs, []);
+    assert_eq!(whole_frame(&mut scene).pairs, []);
     scene.set_pose(ids[2], at(7.0)).unwrap();
     // Moved by itself.
-    assert_eq!(detect(&mut scene, Budget::unlimited()).intersecting, 2);
+    assert_eq!(whole_frame(&mut scene).intersecting, 2);
     scene.set_compound_pose(one, at(0.0)).unwrap();
     assert_eq!(scene.body(ids[2]).unwrap().pose, at(2.0));
     scene.remove(ids[0]).unwrap();
@@ -192,23 +192,14 @@ fn compounds_go_with_their_parts() {
         }
         met.into_iter().collect::<Vec<_>>()
     };
-    assert_eq!(
-        count(detect(&mut scene, Budget::unlimited())),
-        [(0, 4), (1, 1), (2, 2)]
-    );
+    assert_eq!(count(whole_frame(&mut scene)), [(0, 4), (1, 1), (2, 2)]);
     scene.remove_compound(other).unwrap();
     assert_eq!(
         scene.remove_compound(other),
         Err(SceneError::NoSuchCompound { compound: other })
     );
     assert!(scene.parts(other).is_err() && scene.set_compound_pose(other, at(0.0)).is_err());
-    assert_eq!(
-        (
-            scene.len(),
-            detect(&mut scene, Budget::unlimited()).intersecting
-        ),
-        (3, 2)
-    );
+    assert_eq!((scene.len(), whole_frame(&mut scene).intersecting), (3, 2));
     let next = scene.insert_compound(at(100.0), []).unwrap();
     assert!(
         next != other

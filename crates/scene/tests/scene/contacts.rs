@@ -4,22 +4,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{detect, nudged, pose, row, swing, trees};
+use crate::{at, ball, detect, moving, nudged, pose, put, row, swing_all, trees, whole_frame};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::tree::Solid;
 use punctual::{Budget, BuildOptions, Mesh, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
-use punctual_scene::{Body, BodyId, Filter, PairQuestion, Report, Scene, SceneError};
+use punctual_scene::{Body, BodyId, Filter, PairQuestion, Scene, SceneError};
 
 /// The least work of a turn that asks for contacts.
 const LEAST_CONTACT_WORK: u64 = 250 + punctual::prediction::MAX_DISTANCE_STEP_WORK;
 
 /// Most points of a pair that are told.
 const MOST_POINTS: usize = 16;
-
-fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
-}
 
 /// All contact points of two bodies: their distances.
 fn truth(scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace) -> Vec<f64> {
@@ -37,11 +33,7 @@ fn truth(scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace) -> Vec<f
 fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[f64]) -> bool {
     let found = scene.contacts(a, b).unwrap();
     assert_eq!(found, scene.contacts(b, a).unwrap());
-    let [a, b] = if a.index() < b.index() {
-        [a, b]
-    } else {
-        [b, a]
-    };
+    let [a, b] = [a.min(b), a.max(b)];
     let [x, y] = [a, b].map(|id| scene.body(id).unwrap());
     let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
     let scale = 1.0 + x.pose.translation().length() + y.pose.translation().length();
@@ -59,13 +51,10 @@ fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[f64]) -> bool {
         }
         let was = on_a - point.distance * point.normal;
         let moved = (b_in_a.transform_point(on_b) - was).length();
-        assert!(
-            moved <= found.drift + 0.01 * point.distance.abs() + 1e-7 + rounding,
-            "{moved} of {found:?}"
-        );
+        let off = found.drift + 0.01 * point.distance.abs() + 1e-7 + rounding;
+        assert!(moved <= off, "{moved} of {found:?}");
         let now = point.at([&x.pose, &y.pose]);
         assert!((now.points[0] - x.pose.transform_point(on_a)).length() <= rounding);
-        let off = found.drift + 0.01 * point.distance.abs() + 1e-7 + rounding;
         assert!((now.distance - point.distance).abs() <= off);
     }
     if found.is_complete() && found.points.is_empty() {
@@ -75,14 +64,12 @@ fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[f64]) -> bool {
     }
     if found.is_complete() {
         assert_eq!(found.points.len(), truth.len().min(MOST_POINTS));
-        let of = |points: &mut dyn Iterator<Item = f64>| points.fold(f64::INFINITY, f64::min);
-        let least = [
-            of(&mut found.points.iter().map(|point| point.distance)),
-            of(&mut truth.iter().copied()),
-        ];
+        let told = found.points.iter().map(|point| point.distance);
+        let told = told.fold(f64::INFINITY, f64::min);
+        let least = truth.iter().copied().fold(f64::INFINITY, f64::min);
         assert!(
-            least[0] == least[1] || (least[0] - least[1]).abs() <= 1e-7 + rounding,
-            "{least:?}"
+            told == least || (told - least).abs() <= 1e-7 + rounding,
+            "{told} {least}"
         );
     }
     found.is_complete()
@@ -107,14 +94,9 @@ fn crowd(bodies: usize, random: &mut Random) -> (Scene, Vec<BodyId>) {
     let mut scene = Scene::new();
     let mut insert = |i: usize| {
         let tree = Arc::clone(&trees[random.below(trees.len())]);
-        let margin = if i.is_multiple_of(3) {
-            0.05 * random.signed().abs()
-        } else {
-            0.0
-        };
-        scene
-            .insert(Body::moving(tree, pose(2.0, random)).margin(margin))
-            .unwrap()
+        let margin = [0.05 * random.signed().abs(), 0.0, 0.0][i % 3];
+        let body = Body::moving(tree, pose(2.0, random)).margin(margin);
+        scene.insert(body).unwrap()
     };
     let ids = (0..bodies).map(&mut insert).collect();
     (scene, ids)
@@ -134,41 +116,28 @@ fn contacts_are_true_at_every_budget() {
                 scene.set_pose(id, next).unwrap();
             }
         }
-        scene.set_mode(if frame % 30 < 20 {
-            Mode::Any
-        } else {
-            Mode::All
-        });
+        scene.set_mode([Mode::Any, Mode::Any, Mode::All][frame / 10 % 3]);
         let unlimited = frame % 5 == 0;
-        let budget = if unlimited {
-            Budget::unlimited()
-        } else {
-            Budget::work(LEAST_CONTACT_WORK << random.below(7))
+        let budget = match unlimited {
+            true => Budget::unlimited(),
+            false => Budget::work(LEAST_CONTACT_WORK << random.below(7)),
         };
-        let limit = LEAST_CONTACT_WORK << 6;
-        let Report {
-            work, pairs: known, ..
-        } = detect(&mut scene, budget);
-        assert!(unlimited || *work <= limit);
-        let known: BTreeMap<_, _> = known
-            .iter()
-            .map(|pair| ([pair.a, pair.b], pair.verdict))
-            .collect();
+        let report = detect(&mut scene, budget);
+        assert!(unlimited || report.work <= LEAST_CONTACT_WORK << 6);
+        let known = report.pairs.iter();
+        let known = known.map(|pair| ([pair.a, pair.b], pair.verdict));
+        let known: BTreeMap<_, _> = known.collect();
         for pair in pairs(&ids) {
             let contacts = truth(&scene, pair, &mut workspace);
             let is_all = assert_true(&scene, pair, &contacts);
             let found = scene.contacts(pair[0], pair[1]).unwrap();
             match known.get(&pair) {
                 Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => {
-                    let is_small =
-                        scene.body(pair[0]).unwrap().margin + scene.body(pair[1]).unwrap().margin;
+                    let [x, y] = pair.map(|id| scene.body(id).unwrap().margin);
                     let few = contacts.len() <= MOST_POINTS;
-                    assert!(
-                        !unlimited
-                            || found.drift <= is_small / 4.0
-                                && (is_all || !few || found.drift > 0.0),
-                        "{found:?}"
-                    );
+                    let is_small = found.drift <= (x + y) / 4.0;
+                    let is_right = is_small && (is_all || !few || found.drift > 0.0);
+                    assert!(!unlimited || is_right, "{found:?}");
                 }
                 Some(Verdict::Separated) => {
                     assert!(found.points.is_empty() && is_all);
@@ -191,17 +160,12 @@ fn no_contact_waits_longer_than_promised() {
     let ids = row(&mut free, 20);
     free.find_contacts();
     let touching = |scene: &Scene| -> Vec<[BodyId; 2]> {
-        scene
-            .report()
-            .intersecting_pairs()
-            .map(|pair| [pair.a, pair.b])
-            .collect()
+        let pairs = scene.report().intersecting_pairs();
+        pairs.map(|pair| [pair.a, pair.b]).collect()
     };
     let mut cost = 0;
     for frame in 0..60 {
-        for (body, &id) in ids.iter().enumerate() {
-            free.set_pose(id, swing(body, frame)).unwrap();
-        }
+        swing_all(&mut free, &ids, frame);
         cost = cost.max(2 * detect(&mut free, Budget::unlimited()).work);
     }
     for budget in [24 * LEAST_CONTACT_WORK, 200_000, 1_000_000] {
@@ -214,11 +178,8 @@ fn no_contact_waits_longer_than_promised() {
         for used in 1.. {
             let report = detect(&mut scene, Budget::work(budget));
             assert!(report.work <= budget && used <= frames, "{used} {frames}");
-            if report.undecided() == 0
-                && touching(&scene)
-                    .into_iter()
-                    .all(|pair| is_told(&scene, pair))
-            {
+            let is_decided = report.undecided() == 0;
+            if is_decided && touching(&scene).iter().all(|pair| is_told(&scene, *pair)) {
                 break;
             }
         }
@@ -226,9 +187,7 @@ fn no_contact_waits_longer_than_promised() {
         let mut waiting = BTreeMap::new();
         let mut told = 0;
         for frame in 0..(2 * frames).min(200) {
-            for (body, &id) in ids.iter().enumerate() {
-                scene.set_pose(id, swing(body, frame)).unwrap();
-            }
+            swing_all(&mut scene, &ids, frame);
             assert!(detect(&mut scene, Budget::work(budget)).work <= budget);
             for pair in pairs(&ids) {
                 let found = scene.contacts(pair[0], pair[1]).unwrap();
@@ -265,16 +224,15 @@ fn a_patch_keeps_its_id_while_bodies_slide() {
         } else {
             0.405
         };
-        scene
-            .set_pose(b, at(-1.0 + 0.02 * f64::from(frame), 0.1, height))
-            .unwrap();
+        put(
+            &mut scene,
+            b,
+            at(-1.0 + 0.02 * f64::from(frame), 0.1, height),
+        );
+        let free = Budget::unlimited();
         detect(
             &mut scene,
-            if frame % 3 == 0 {
-                Budget::work(1 << 20)
-            } else {
-                Budget::unlimited()
-            },
+            [Budget::work(1 << 20), free, free][frame as usize % 3],
         );
         let found = scene.contacts(a, b).unwrap();
         assert!(
@@ -292,13 +250,9 @@ fn a_patch_keeps_its_id_while_bodies_slide() {
 
 #[test]
 fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let ball = ball(2);
     let mut scene = Scene::new();
-    let mut insert = |x| {
-        scene
-            .insert(Body::moving(Arc::clone(&ball), at(x, 0.0, 0.0)))
-            .unwrap()
-    };
+    let mut insert = |x| moving(&mut scene, &ball, at(x, 0.0, 0.0));
     let [a, b, c] = [0.0, 1.7, 3.4].map(&mut insert);
     assert_eq!(
         scene.find_contacts_of(b, b),
@@ -306,35 +260,35 @@ fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
     );
     scene.find_contacts_of(c, b).unwrap();
     let count = |scene: &Scene, x, y| scene.contacts(x, y).unwrap().points.len();
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     assert_eq!((count(&scene, a, b), count(&scene, b, c)), (0, 4));
     assert!(!scene.contacts(a, b).unwrap().is_whole, "not asked");
     scene.stop_finding_contacts_of(b, c).unwrap();
     scene.find_contacts_of(a, b).unwrap();
     scene.set_pose(c, at(3.5, 0.0, 0.0)).unwrap();
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     assert_eq!(
         (count(&scene, a, b), scene.contacts(b, c).unwrap().age),
         (4, 1)
     );
     scene.set_filter(a, Filter::new(1, 0)).unwrap();
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     scene.remove(b).unwrap();
     assert!(scene.contacts(a, b).is_err() && scene.find_contacts_of(a, b).is_err());
     let other = scene.insert(Body::moving(ball, at(1.7, 0.0, 0.0))).unwrap();
     scene.set_filter(a, Filter::default()).unwrap();
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     // It was asked of another body.
     assert_eq!((other.index(), count(&scene, a, other)), (b.index(), 0));
     scene.find_contacts();
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     // They rest, but it was not asked before.
     assert_eq!(count(&scene, a, other), 4);
 }
 
 #[test]
 fn contacts_between_groups_are_those_of_their_pairs() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let ball = ball(2);
     let groups = [1, 2, 4, 1, 3];
     for filters in [
         vec![Filter::new(1, 2)],
@@ -396,7 +350,7 @@ fn contacts_between_groups_are_those_of_their_pairs() {
         scene.find_contacts();
         check(&mut scene, &[Filter::default()]);
         scene.stop_finding_contacts_between(Filter::default());
-        detect(&mut scene, Budget::unlimited());
+        whole_frame(&mut scene);
         let drifts = [[1, 2], [0, 1]].map(|[x, y]| scene.contacts(ids[x], ids[y]).unwrap().drift);
         assert_eq!(drifts, [0.0, f64::INFINITY], "one of a pair stays");
     }
@@ -422,9 +376,7 @@ fn the_question_that_matters_more_goes_first() {
         }
         let mut answered = [0; 3];
         for frame in 0..80 {
-            for (body, &id) in ids.iter().enumerate() {
-                scene.set_pose(id, swing(body, frame)).unwrap();
-            }
+            swing_all(&mut scene, &ids, frame);
             detect(&mut scene, Budget::work(150_000));
             let report = scene.report();
             let measured =
@@ -464,7 +416,7 @@ fn the_question_that_matters_more_goes_first() {
 /// Two balls fly at each other, and a frame is too short to look.
 #[test]
 fn bodies_that_were_apart_may_have_sunk_in_as_far_as_they_came() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let ball = ball(3);
     for work in [0, 1_500, 4_000] {
         let mut scene = Scene::new();
         scene.find_contacts();
@@ -476,7 +428,7 @@ fn bodies_that_were_apart_may_have_sunk_in_as_far_as_they_came() {
         });
         let nothing = scene.contacts(a, b).unwrap();
         assert_eq!((nothing.low, nothing.drift), (0.0, f64::INFINITY));
-        detect(&mut scene, Budget::unlimited());
+        whole_frame(&mut scene);
         let apart = scene.contacts(a, b).unwrap();
         assert!(apart.drift == 0.0 && apart.low >= 0.01, "{apart:?}");
         for x in [1.985, 1.955] {
@@ -498,7 +450,7 @@ fn bodies_that_were_apart_may_have_sunk_in_as_far_as_they_came() {
 /// Bodies that are apart in the last frame, and then change.
 #[test]
 fn a_frame_tells_nothing_false_of_bodies_that_change_after_it() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let ball = ball(3);
     let larger = Arc::new(Tree::new(shapes::cuboid(Vec3::splat(1.5), 4)));
     let place = |distance: f64| at(0.6 * distance, 0.8 * distance, 0.0);
     let room_after = |change: &dyn Fn(&mut Scene, BodyId)| {
@@ -508,7 +460,7 @@ fn a_frame_tells_nothing_false_of_bodies_that_change_after_it() {
             let body = Body::moving(Arc::clone(&ball), place(distance)).margin(0.005);
             scene.insert(body).unwrap()
         });
-        detect(&mut scene, Budget::unlimited());
+        whole_frame(&mut scene);
         change(&mut scene, b);
         let found = scene.contacts(a, b).unwrap();
         assert!(found.points.is_empty(), "{found:?}");
@@ -549,7 +501,7 @@ fn the_room_of_bodies_apart_is_what_is_proven_of_them() {
             if moves {
                 scene.set_pose(b, at(x, 0.0, 0.0)).unwrap();
             }
-            detect(scene, Budget::unlimited());
+            whole_frame(scene);
             let found = scene.contacts(a, b).unwrap();
             assert!(found.points.is_empty() && found.is_whole);
             found.low - found.drift
@@ -580,10 +532,8 @@ fn contacts_look_ahead_as_far_as_asked() {
         scene.set_look_ahead(ahead).unwrap();
         let mut works = Vec::new();
         for step in 0..4 {
-            scene
-                .set_pose(b, at(1e-4 * f64::from(step), 0.0, 0.0))
-                .unwrap();
-            detect(&mut scene, Budget::unlimited());
+            put(&mut scene, b, at(1e-4 * f64::from(step), 0.0, 0.0));
+            whole_frame(&mut scene);
             works.push(scene.report().work);
             let found = scene.contacts(a, b).unwrap();
             let left = found.low - found.drift;
@@ -613,11 +563,12 @@ fn stacks_of_boxes_have_four_true_corners_a_foot() {
     for (trial, count) in (2..=20).enumerate() {
         for (number, gap) in gaps.into_iter().enumerate() {
             let aside = [0.0, 1e-12, 1e-9, 1e-6, 1e-3][(trial + number) % 5];
-            let turn = DMat3::from_rotation_y(if trial % 3 == 0 {
+            let angle = if trial % 3 == 0 {
                 0.0
             } else {
                 0.1 * trial as f64
-            });
+            };
+            let turn = DMat3::from_rotation_y(angle);
             let mut scene = Scene::new();
             scene.find_contacts();
             let ids: Vec<BodyId> = (0..count)
@@ -629,7 +580,7 @@ fn stacks_of_boxes_have_four_true_corners_a_foot() {
                     scene.insert(Body::moving(tree, pose).margin(2e-3)).unwrap()
                 })
                 .collect();
-            detect(&mut scene, Budget::unlimited());
+            whole_frame(&mut scene);
             for pair in ids.windows(2) {
                 let found = scene.contacts(pair[0], pair[1]).unwrap();
                 assert!(found.is_complete());

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{assert_witness, detect, nudged, pose, row, swing, trees};
+use crate::{assert_witness, ball, detect, nudged, pose, row, swing, trees, whole_frame};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual::{Budget, Mode, Pose, Query, Verdict, Workspace};
 use punctual_scene::{Body, BodyId, Filter, Scene, SceneError};
 
 /// The least work of a turn that asks for a distance.
@@ -239,7 +239,7 @@ fn no_distance_waits_longer_than_promised() {
 
 #[test]
 fn distances_come_and_go_with_their_bodies() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
     let mut scene = Scene::new();
     let [a, b] = [0.0, 50.0].map(|x| scene.insert(Body::fixed(Arc::clone(&ball), at(x))).unwrap());
@@ -255,7 +255,7 @@ fn distances_come_and_go_with_their_bodies() {
     );
     scene.measure(a, b, 0.0).unwrap();
     let lows = |scene: &mut Scene| {
-        detect(scene, Budget::unlimited());
+        whole_frame(scene);
         scene
             .distances()
             .map(|found| (found.age, found.low.round()))
@@ -280,7 +280,7 @@ fn distances_come_and_go_with_their_bodies() {
 
 #[test]
 fn bodies_closer_than_the_tolerance_are_known_to_meet_or_not() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let ball = ball(3);
     let cases = [(1e-3, false), (1e-9, false), (-1e-3, true)];
     for ((gap, meets), margin) in cases
         .into_iter()

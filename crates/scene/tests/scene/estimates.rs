@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::detect;
+use crate::{detect, put};
 use punctual::glam::{DMat3, DVec3};
 use punctual::prediction::Calibration;
 use punctual::{Budget, Pose, Tree, Verdict, shapes};
@@ -27,12 +27,11 @@ fn learned(moves: bool, last: Budget) -> Calibration {
     }
     assert_eq!(scene.calibration(), Calibration::default());
     if moves {
-        scene
-            .set_pose(
-                inner,
-                Pose::new(DMat3::IDENTITY, DVec3::new(1e-4, 0.0, 0.0)).unwrap(),
-            )
-            .unwrap();
+        put(
+            &mut scene,
+            inner,
+            Pose::new(DMat3::IDENTITY, DVec3::new(1e-4, 0.0, 0.0)).unwrap(),
+        );
     }
     let pair = detect(&mut scene, last).pairs[0];
     assert_eq!((pair.verdict, pair.complete), (Verdict::Separated, true));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::{Model, detect};
+use crate::{Model, ball, detect, moving, whole_frame};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Pose, Tree, Verdict, shapes};
@@ -94,7 +94,7 @@ fn touching() -> (Scene, [BodyId; 2]) {
             .unwrap()
     });
     scene.track_contacts();
-    let began = detect(&mut scene, Budget::unlimited()).contacts[0];
+    let began = whole_frame(&mut scene).contacts[0];
     assert_eq!(
         ([began.a, began.b], began.phase, began.age),
         (pair, ContactPhase::Began, 0)
@@ -151,12 +151,10 @@ fn contacts_end_with_their_bodies_and_filters() {
 
 #[test]
 fn nothing_is_told_that_was_not_asked_for() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let ball = ball(2);
     let mut scene = Scene::new();
     for x in [0.0, 0.4] {
-        scene
-            .insert(Body::moving(Arc::clone(&ball), at(x)))
-            .unwrap();
+        moving(&mut scene, &ball, at(x));
     }
     let report = scene.detect(Budget::unlimited().clock(&ManualClock::new()));
     assert_eq!((report.intersecting, report.contacts.len()), (1, 0));

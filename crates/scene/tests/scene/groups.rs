@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use crate::common::random::Random;
 use crate::distances::{LEAST_DISTANCE_WORK, ROUNDING, crowd, distance};
-use crate::{assert_witness, detect, nudged, pose};
+use crate::{assert_witness, ball, detect, moving, nudged, pose, put, whole_frame};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Pose, Tree, Verdict, Workspace, shapes};
+use punctual::{Budget, Pose, Verdict, Workspace};
 use punctual_scene::{Body, BodyId, Filter, GroupDistance, MeasureId, Scene, SceneError};
 
 /// Two groups, and within which tolerance their distance is asked for.
@@ -193,16 +193,15 @@ fn groups_at_rest_are_measured_to_the_end() {
 /// An arm of eight balls among 200 others: a few pairs are asked about, of 1,600.
 #[test]
 fn far_pairs_need_no_query() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let ball = ball(3);
     let mut random = Random::new(83);
     let mut scene = Scene::new();
     let mut insert = |place: DVec3| {
-        scene
-            .insert(Body::moving(
-                Arc::clone(&ball),
-                Pose::new(DMat3::IDENTITY, place).unwrap(),
-            ))
-            .unwrap()
+        moving(
+            &mut scene,
+            &ball,
+            Pose::new(DMat3::IDENTITY, place).unwrap(),
+        )
     };
     let cell: Vec<_> = (0..200)
         .map(|_| insert(20.0 * random.vector() + 24.0 * DVec3::X))
@@ -221,11 +220,9 @@ fn far_pairs_need_no_query() {
     for frame in 0..40 {
         for (link, &id) in arm.iter().enumerate() {
             let there = DVec3::new(-2.5 * link as f64, 0.1 * f64::from(frame), 0.0);
-            scene
-                .set_pose(id, Pose::new(DMat3::IDENTITY, there).unwrap())
-                .unwrap();
+            put(&mut scene, id, Pose::new(DMat3::IDENTITY, there).unwrap());
         }
-        let report = detect(&mut scene, Budget::unlimited());
+        let report = whole_frame(&mut scene);
         let of_groups = report
             .pairs
             .iter()
@@ -245,7 +242,7 @@ fn far_pairs_need_no_query() {
 
 #[test]
 fn short_frames_look_at_the_boxes_of_large_groups_one_after_another() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     let mut scene = Scene::new();
     let mut insert = |place: DVec3| {
         let pose = Pose::new(DMat3::IDENTITY, place).unwrap();
@@ -272,14 +269,10 @@ fn short_frames_look_at_the_boxes_of_large_groups_one_after_another() {
 
 #[test]
 fn groups_come_and_go_with_their_bodies() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let ball = ball(2);
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
     let mut scene = Scene::new();
-    let mut insert = |x: f64| {
-        scene
-            .insert(Body::moving(Arc::clone(&ball), at(x)))
-            .unwrap()
-    };
+    let mut insert = |x: f64| moving(&mut scene, &ball, at(x));
     let [a, b, c, d] = [0.0, 10.0, 16.0, 30.0].map(&mut insert);
     assert_eq!(
         scene.measure_groups(&[b], &[b, b], 0.0),
@@ -292,7 +285,7 @@ fn groups_come_and_go_with_their_bodies() {
     let [first, other] =
         [[a, b], [b, d]].map(|group| scene.measure_groups(&group, &[c], 1e-6).unwrap());
     let lows = |scene: &mut Scene| {
-        let report = detect(scene, Budget::unlimited());
+        let report = whole_frame(scene);
         report
             .group_distances
             .iter()
@@ -332,12 +325,11 @@ fn groups_may_have_bodies_in_common() {
     let mut random = Random::new(78);
     let (mut scene, ids) = crowd(9, &mut random);
     for (body, &id) in ids.iter().enumerate() {
-        scene
-            .set_pose(
-                id,
-                Pose::new(random.rotation(), DVec3::X * (3.0 * body as f64)).unwrap(),
-            )
-            .unwrap();
+        put(
+            &mut scene,
+            id,
+            Pose::new(random.rotation(), DVec3::X * (3.0 * body as f64)).unwrap(),
+        );
     }
     // Links that are joined are kept apart by their filters.
     scene.set_filter(ids[0], Filter::new(1, !1)).unwrap();

@@ -3,16 +3,11 @@
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{detect, pose, trees};
+use crate::{at, ball, detect, fixed, moving, pose, sweep, trees, whole_frame};
 use punctual::clock::ManualClock;
-use punctual::glam::{DMat3, DVec3};
 use punctual::impact::TimeOfImpact;
 use punctual::{Answer, Budget, Motion, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_scene::{Body, BodyId, Scene};
-
-fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
-}
 
 fn motion(start: Pose, random: &mut Random) -> Motion {
     match random.below(4) {
@@ -47,7 +42,7 @@ fn truth(
 }
 
 #[test]
-fn nothing_meets_before_it_is_said_to() {
+fn no_body_meets_another_before_the_time_told() {
     let mut random = Random::new(41);
     let trees: Vec<_> = trees()
         .into_iter()
@@ -123,42 +118,37 @@ fn nothing_meets_before_it_is_said_to() {
     }
     assert!(met > 20 && free > 20 && cut > 10, "{met} {free} {cut}");
     // What goes on with the same motion needs nothing, and a pose ends it.
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     assert_eq!(detect(&mut scene, Budget::work(0)).work, 0);
     for (id, ..) in &bodies {
         let here = scene.body(*id).unwrap().pose;
         scene.set_pose(*id, here).unwrap();
     }
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     assert_eq!(scene.passages().count(), 0);
 }
 
 /// Balls that fall past others: those that are known to meet soon are looked at first.
 #[test]
 fn the_most_urgent_goes_first() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let ball = ball(3);
     let mut scene = Scene::new();
     let meets = |i: usize| i.is_multiple_of(4);
     let ids: Vec<BodyId> = (0..40)
         .map(|i| {
-            scene
-                .insert(Body::fixed(Arc::clone(&ball), at(6.0 * i as f64, 0.0, 0.0)))
-                .unwrap();
-            scene
-                .insert(Body::moving(
-                    Arc::clone(&ball),
-                    at(6.0 * i as f64, 0.0, 5.0),
-                ))
-                .unwrap()
+            fixed(&mut scene, &ball, at(6.0 * i as f64, 0.0, 0.0));
+            moving(&mut scene, &ball, at(6.0 * i as f64, 0.0, 5.0))
         })
         .collect();
     let fall = |scene: &mut Scene, height: f64| {
         for (i, &id) in ids.iter().enumerate() {
             let beside = if meets(i) { 1.2 } else { 1.5 };
             let start = at(6.0 * i as f64 + beside, beside, height);
-            scene
-                .set_motion(id, Motion::straight(start, [0.0, 0.0, -8.0]).unwrap())
-                .unwrap();
+            sweep(
+                scene,
+                id,
+                Motion::straight(start, [0.0, 0.0, -8.0]).unwrap(),
+            );
         }
     };
     fall(&mut scene, 5.0);
@@ -168,7 +158,7 @@ fn the_most_urgent_goes_first() {
             .filter(|found| found.touching_at.is_some())
             .count()
     };
-    let part = detect(&mut scene, Budget::unlimited()).work * 3 / 5;
+    let part = whole_frame(&mut scene).work * 3 / 5;
     assert_eq!((scene.passages().count(), hits(&scene)), (40, 10));
     fall(&mut scene, 4.9);
     detect(&mut scene, Budget::work(part));
@@ -194,7 +184,7 @@ fn an_arc_is_more_than_its_ends() {
         let motion =
             Motion::turning(at(3.0, 0.0, 0.0), [0.0; 3], [0.0, 0.0, turn], [0.0; 3]).unwrap();
         scene.set_motion(arm, motion).unwrap();
-        detect(&mut scene, Budget::unlimited());
+        whole_frame(&mut scene);
         let found = scene.passages().next().unwrap();
         assert!(
             (found.free_until - time).abs() < 0.02 && found.touching_at.is_some(),

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{detect, pose};
-use punctual::{Budget, Pose, Tree, shapes};
+use crate::{ball, detect, pose, put, whole_frame};
+use punctual::{Budget, Pose};
 use punctual_scene::{Body, GroupId, Scene, SceneError};
 
 /// Bodies change their groups, groups their relations, and bodies come and go: those pairs are
 /// reported whose groups do not ignore each other.
 #[test]
 fn pairs_of_groups_that_ignore_each_other_are_not_reported_and_all_others_are() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     let (mut scene, mut random) = (Scene::new(), Random::new(41));
     let names = ["robot", "cell", "part", "cable"];
     let groups = names.map(|name| scene.group(name));
@@ -35,16 +35,14 @@ fn pairs_of_groups_that_ignore_each_other_are_not_reported_and_all_others_are() 
                 bodies[at].1 = group;
                 assert_eq!(scene.group_of(bodies[at].0), Ok(id));
             }
-            4..6 => scene
-                .set_pose(bodies[at].0, pose(2.5, &mut random))
-                .unwrap(),
+            4..6 => put(&mut scene, bodies[at].0, pose(2.5, &mut random)),
             _ => {
                 let ([x, y], ignores) = ([(); 2].map(|()| random.below(4)), frame % 3 > 0);
                 scene.ignore_groups(groups[x], groups[y], ignores).unwrap();
                 (ignored[x][y], ignored[y][x]) = (ignores, ignores);
             }
         }
-        let mut report: Vec<_> = detect(&mut scene, Budget::unlimited())
+        let mut report: Vec<_> = whole_frame(&mut scene)
             .intersecting_pairs()
             .map(|pair| (pair.a, pair.b))
             .collect();
@@ -73,7 +71,7 @@ fn pairs_of_groups_that_ignore_each_other_are_not_reported_and_all_others_are() 
 
 #[test]
 fn groups_and_names_of_another_scene_are_refused_and_names_end_with_their_bodies() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     let [mut scene, mut other] = [Scene::new(), Scene::new()];
     let body = Body::moving(ball, Pose::IDENTITY);
     let [id, foreign] = [&mut scene, &mut other].map(|scene| scene.insert(body.clone()).unwrap());

@@ -3,24 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::common::check;
+use crate::common::ask::answer;
 use crate::common::random::Random;
 use crate::common::reference::posed_triangles;
-use crate::{anywhere, nudged, pose, trees};
+use crate::{
+    anywhere, at, ball, detect, fixed, moving, nudged, pose, put, sweep, trees, whole_frame,
+};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{
-    Aabb, Budget, BuildOptions, Mode, Motion, Pose, Query, Tree, Verdict, Workspace, shapes,
-};
-use punctual_scene::{Body, BodyId, Filter, Reach, Report, Scene, SceneError};
-
-fn detect(scene: &mut Scene, budget: Budget) -> &Report {
-    scene.detect(budget.clock(&ManualClock::new()))
-}
-
-fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
-}
+use punctual::{Aabb, Budget, BuildOptions, Mode, Motion, Pose, Query, Tree, Verdict, shapes};
+use punctual_scene::{Body, BodyId, Filter, PairReport, Reach, Report, Scene, SceneError};
 
 /// A turn about the z axis through the origin.
 fn turned(angle: f64) -> DMat3 {
@@ -29,34 +21,26 @@ fn turned(angle: f64) -> DMat3 {
 
 fn knot() -> Arc<Tree> {
     let options = BuildOptions::default().extremes(true);
-    Arc::new(Tree::with_options(
-        shapes::torus_knot(2, 3, 0.2, 64),
-        &options,
-    ))
+    let mesh = shapes::torus_knot(2, 3, 0.2, 64);
+    Arc::new(Tree::with_options(mesh, &options))
 }
 
 /// Two knots that overlap, and how many pairs of their triangles meet.
 fn crossing(scene: &mut Scene) -> ([BodyId; 2], u64) {
     let tree = knot();
-    let found = {
-        let query = Query::intersection(&tree, &tree, at(0.4, 0.3, 0.1)).mode(Mode::All);
-        check::run(&query, &mut Workspace::new(), Budget::unlimited())
-            .stats
-            .found
-    };
+    let found = answer(&Query::all_pairs(&tree, &tree, at(0.4, 0.3, 0.1)))
+        .stats
+        .found;
     assert!(found > 20);
-    let bodies = [
-        Body::moving(Arc::clone(&tree), Pose::IDENTITY),
-        Body::moving(tree, at(0.4, 0.3, 0.1)),
-    ];
-    (bodies.map(|body| scene.insert(body).unwrap()), found)
+    let poses = [Pose::IDENTITY, at(0.4, 0.3, 0.1)];
+    (poses.map(|pose| moving(scene, &tree, pose)), found)
 }
 
 #[test]
 fn another_mode_is_another_question() {
     let mut scene = Scene::new();
     let ([a, b], found) = crossing(&mut scene);
-    let any = detect(&mut scene, Budget::unlimited()).pairs[0];
+    let any = whole_frame(&mut scene).pairs[0];
     assert!(any.complete && any.found == 1);
     scene.set_mode(Mode::All);
     // Nothing is known yet.
@@ -65,11 +49,11 @@ fn another_mode_is_another_question() {
     let none = detect(&mut scene, Budget::work(0)).pairs[0];
     assert_eq!((none.complete, none.verdict), (false, Verdict::Undecided));
     assert!(scene.certificate(a, b).unwrap().upper_bound >= found);
-    let all = detect(&mut scene, Budget::unlimited()).pairs[0];
+    let all = whole_frame(&mut scene).pairs[0];
     assert_eq!((all.complete, all.found), (true, found));
     assert_eq!(scene.certificate(a, b).unwrap().upper_bound, found);
     scene.set_mode(Mode::Any);
-    let any = detect(&mut scene, Budget::unlimited()).pairs[0];
+    let any = whole_frame(&mut scene).pairs[0];
     assert_eq!((any.complete, any.found), (true, 1));
 }
 
@@ -81,18 +65,16 @@ fn nothing_is_proven_before_the_first_frame_or_of_what_changed_since() {
     let all = |scene: &Scene| scene.certificate(a, b).unwrap().upper_bound;
     let whole = knot().mesh().len().pow(2) as u64;
     assert_eq!(all(&scene), whole);
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     assert_eq!(all(&scene), found);
     scene.set_pose(b, at(0.4, 0.3, 0.11)).unwrap();
     assert_eq!(all(&scene), whole);
     assert!(scene.certificate(a, b).unwrap().largest_extent > 1.0);
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     assert!(all(&scene) < whole);
-    let c = scene
-        .insert(Body::moving(knot(), at(0.1, 0.1, 0.1)))
-        .unwrap();
+    let c = moving(&mut scene, &knot(), at(0.1, 0.1, 0.1));
     assert_eq!(scene.certificate(c, a).unwrap().upper_bound, whole);
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     scene.tree_mut(c).unwrap();
     assert_eq!(scene.certificate(c, a).unwrap().upper_bound, whole);
 }
@@ -102,14 +84,12 @@ fn nothing_is_proven_before_the_first_frame_or_of_what_changed_since() {
 fn nothing_is_proven_of_bodies_that_may_not_meet() {
     let mut scene = Scene::new();
     let alone = Filter::new(1, 0);
-    let a = scene.insert(Body::fixed(knot(), Pose::IDENTITY)).unwrap();
-    let b = scene
-        .insert(Body::fixed(knot(), at(0.4, 0.3, 0.1)))
-        .unwrap();
+    let a = fixed(&mut scene, &knot(), Pose::IDENTITY);
+    let b = fixed(&mut scene, &knot(), at(0.4, 0.3, 0.1));
     let c = scene
         .insert(Body::moving(knot(), at(0.2, 0.3, 0.1)).filter(alone))
         .unwrap();
-    assert!(detect(&mut scene, Budget::unlimited()).pairs.is_empty());
+    assert!(whole_frame(&mut scene).pairs.is_empty());
     for (x, y) in [(a, b), (b, c), (c, a)] {
         assert!(scene.certificate(x, y).unwrap().upper_bound > 1_000);
     }
@@ -117,47 +97,35 @@ fn nothing_is_proven_of_bodies_that_may_not_meet() {
 
 /// Balls that roll around one another and touch, in pairs far apart, and one pair of knots that rests.
 fn moving_contacts(scene: &mut Scene, count: usize) -> (Vec<BodyId>, [BodyId; 2]) {
-    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
-    let mut moving = Vec::new();
-    for pair in 0..count {
-        let center = Pose::new(DMat3::IDENTITY, DVec3::new(10.0 * pair as f64, 0.0, 0.0)).unwrap();
-        scene
-            .insert(Body::fixed(Arc::clone(&ball), center))
-            .unwrap();
-        moving.push(
-            scene
-                .insert(Body::moving(Arc::clone(&ball), center))
-                .unwrap(),
-        );
-    }
-    let bodies = [
-        Body::fixed(knot(), at(0.0, 50.0, 0.0)),
-        Body::moving(knot(), at(0.9, 50.8, 0.7)),
-    ];
-    (moving, bodies.map(|body| scene.insert(body).unwrap()))
+    let ball = ball(2);
+    let mut pair = |pair| {
+        let center = at(10.0 * pair as f64, 0.0, 0.0);
+        fixed(scene, &ball, center);
+        moving(scene, &ball, center)
+    };
+    let rolling = (0..count).map(&mut pair).collect();
+    let rests = fixed(scene, &knot(), at(0.0, 50.0, 0.0));
+    let beside = moving(scene, &knot(), at(0.9, 50.8, 0.7));
+    (rolling, [rests, beside])
 }
 
 fn roll(scene: &mut Scene, moving: &[BodyId], frame: usize) {
     for (pair, &body) in moving.iter().enumerate() {
         let turn = turned(0.2 * frame as f64 + pair as f64);
         let place = DVec3::new(10.0 * pair as f64, 0.0, 0.0) + turn * DVec3::X * 1.9;
-        scene
-            .set_pose(body, Pose::new(turn, place).unwrap())
-            .unwrap();
+        put(scene, body, Pose::new(turn, place).unwrap());
     }
 }
 
 #[test]
 fn no_budget_of_work_is_passed_however_small() {
-    for budget in (0..2_600)
-        .step_by(61)
-        .chain([119, 120, 601, 602, 603, 1_204, 1_323, 1_324, 1_919, 1_920])
-    {
+    let around = [119, 120, 601, 602, 603, 1_204, 1_323, 1_324, 1_919, 1_920];
+    for budget in (0..2_600).step_by(61).chain(around) {
         let mut scene = Scene::new();
         let (moving, _) = moving_contacts(&mut scene, 40);
         roll(&mut scene, &moving, 0);
         // Now there are witnesses.
-        detect(&mut scene, Budget::unlimited());
+        whole_frame(&mut scene);
         for frame in 1..12 {
             roll(&mut scene, &moving, frame);
             let work = detect(&mut scene, Budget::work(budget)).work;
@@ -172,7 +140,7 @@ fn no_budget_of_work_is_passed_however_small() {
 fn a_pair_that_rests_beside_moving_contacts_is_decided_within_k_frames() {
     // What all pairs take to their ends.
     let mut free = Scene::new();
-    let (moving, [a, b]) = moving_contacts(&mut free, 40);
+    let (moving, [_, b]) = moving_contacts(&mut free, 40);
     let mut cost = 0;
     for frame in 0..20 {
         roll(&mut free, &moving, frame);
@@ -180,51 +148,33 @@ fn a_pair_that_rests_beside_moving_contacts_is_decided_within_k_frames() {
             .unwrap();
         cost = cost.max(detect(&mut free, Budget::unlimited()).work);
     }
-    let (mut scene, mut decided) = (Scene::new(), 0);
+    let mut scene = Scene::new();
     let (moving, [x, y]) = moving_contacts(&mut scene, 40);
-    assert_eq!([a, b], [x, y]);
-    for (place, budget) in [602, 800, 1_300, 1_920, 2_600, 5_000]
-        .into_iter()
-        .enumerate()
-    {
+    let budgets = [602, 800, 1_300, 1_920, 2_600, 5_000];
+    for (place, budget) in budgets.into_iter().enumerate() {
         let k = 2 * (2 * cost).div_ceil(budget / 8) + 1;
-        let rest = at(0.9, 50.8, 0.7 + 1e-3 * place as f64);
-        scene.set_pose(y, rest).unwrap();
-        let mut frames = 0;
-        loop {
-            roll(&mut scene, &moving, frames);
-            frames += 1;
+        put(&mut scene, y, at(0.9, 50.8, 0.7 + 1e-3 * place as f64));
+        let mut is_decided = |frame: &u64| {
+            roll(&mut scene, &moving, *frame as usize);
             let report = detect(&mut scene, Budget::work(budget));
-            if report
-                .pair(x, y)
-                .is_some_and(|pair| pair.verdict != Verdict::Undecided)
-            {
-                break;
-            }
-            assert!((frames as u64) < k, "{budget} {frames}");
-        }
-        decided += 1;
+            let pair = report.pair(x, y);
+            pair.is_some_and(|pair| pair.verdict != Verdict::Undecided)
+        };
+        assert!((0..k).find(&mut is_decided).is_some(), "{budget}");
     }
-    assert_eq!(decided, 6);
 }
 
 /// Exact tests differ a hundredfold in time, so near the deadline the clock is asked after each, in a scene as in a query.
 #[test]
 fn near_the_deadline_a_scene_asks_the_clock_after_a_few_exact_tests() {
     let cube = Arc::new(Tree::new(shapes::cuboid(Vec3::ONE, 4)));
-    let exact_tests = {
-        let query = Query::all_pairs(&cube, &cube, at(1e-300, 0.0, 0.0));
-        check::run(&query, &mut Workspace::new(), Budget::unlimited())
-            .stats
-            .exact_tests
-    };
+    let query = Query::all_pairs(&cube, &cube, at(1e-300, 0.0, 0.0));
+    let exact_tests = answer(&query).stats.exact_tests;
     assert!(exact_tests > 100);
     let mut scene = Scene::new();
     scene.set_mode(Mode::All);
     for x in [0.0, 1e-300] {
-        scene
-            .insert(Body::moving(Arc::clone(&cube), at(x, 0.0, 0.0)))
-            .unwrap();
+        moving(&mut scene, &cube, at(x, 0.0, 0.0));
     }
     let tick = Duration::from_nanos(1);
     let clock = ManualClock::ticking(tick);
@@ -236,8 +186,8 @@ fn near_the_deadline_a_scene_asks_the_clock_after_a_few_exact_tests() {
 
 /// A ball on an arm of length 10 that turns about its joint passes a post between two frames.
 #[test]
-fn what_an_arm_passes_on_its_arc_is_reported() {
-    let arm = Arc::new(Tree::new(shapes::icosphere(1)));
+fn a_body_on_the_arc_of_an_arm_is_reported() {
+    let arm = ball(1);
     let post = Arc::new(Tree::new(shapes::cuboid(Vec3::new(0.05, 0.05, 2.0), 1)));
     let on_arm = |angle: f64| Pose::new(turned(angle), turned(angle) * DVec3::X * 10.0).unwrap();
     for (degrees, expected) in [(60.0, 1), (120.0, 1), (180.0, 1), (60.0, 1)] {
@@ -246,45 +196,38 @@ fn what_an_arm_passes_on_its_arc_is_reported() {
         scene.set_reach(Reach::Swept);
         // In the middle of the arc, beyond the straight line between its ends.
         let place = turned(angle / 2.0) * DVec3::X * 10.9;
-        scene
-            .insert(Body::fixed(
-                Arc::clone(&post),
-                Pose::new(DMat3::IDENTITY, place).unwrap(),
-            ))
-            .unwrap();
-        let ball = scene
-            .insert(Body::moving(Arc::clone(&arm), on_arm(0.0)))
-            .unwrap();
-        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
+        fixed(
+            &mut scene,
+            &post,
+            Pose::new(DMat3::IDENTITY, place).unwrap(),
+        );
+        let ball = moving(&mut scene, &arm, on_arm(0.0));
+        assert_eq!(whole_frame(&mut scene).pairs.len(), 0);
         scene.set_pose(ball, on_arm(angle)).unwrap();
         assert_eq!(
-            detect(&mut scene, Budget::unlimited()).pairs.len(),
+            whole_frame(&mut scene).pairs.len(),
             expected,
             "{degrees} degrees"
         );
         // It rests now.
-        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
+        assert_eq!(whole_frame(&mut scene).pairs.len(), 0);
     }
 }
 
 /// The squares of such a way overflow.
 #[test]
-fn what_is_gone_meets_nothing_however_far_another_body_goes() {
-    let tree = Arc::new(Tree::new(shapes::icosphere(0)));
+fn a_removed_body_meets_no_body_that_sweeps_past() {
+    let tree = ball(0);
     let mut scene = Scene::new();
     scene.set_reach(Reach::Swept);
-    let post = scene
-        .insert(Body::fixed(Arc::clone(&tree), at(5.0, 0.0, 0.0)))
-        .unwrap();
+    let post = fixed(&mut scene, &tree, at(5.0, 0.0, 0.0));
     let far = Pose::new(turned(1.0), DVec3::NEG_Z * 1e228).unwrap();
     let ball = scene.insert(Body::moving(Arc::clone(&tree), far)).unwrap();
-    let other = scene
-        .insert(Body::fixed(Arc::clone(&tree), at(-5.0, 0.0, 0.0)))
-        .unwrap();
-    detect(&mut scene, Budget::unlimited());
+    let other = fixed(&mut scene, &tree, at(-5.0, 0.0, 0.0));
+    whole_frame(&mut scene);
     scene.set_pose(ball, Pose::IDENTITY).unwrap();
     scene.remove(post).unwrap();
-    let report = detect(&mut scene, Budget::unlimited());
+    let report = whole_frame(&mut scene);
     assert!(
         report.pairs.len() == 1 && report.pair(ball, other).is_some(),
         "{:?}",
@@ -293,17 +236,17 @@ fn what_is_gone_meets_nothing_however_far_another_body_goes() {
     // Nor is what comes in its place met twice.
     scene.insert(Body::fixed(tree, at(5.0, 0.0, 0.0))).unwrap();
     scene.set_pose(ball, far).unwrap();
-    detect(&mut scene, Budget::unlimited());
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
+    whole_frame(&mut scene);
     scene.set_pose(ball, Pose::IDENTITY).unwrap();
-    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 2);
+    assert_eq!(whole_frame(&mut scene).pairs.len(), 2);
 }
 
 /// Every point of every place on the way lies in the swept box: a body with a hole the size of its box would be missed.
 #[test]
 fn swept_boxes_hold_the_whole_screw() {
     let tree = Arc::new(Tree::new(shapes::gear(9, 2)));
-    let probe = Arc::new(Tree::new(shapes::icosphere(0)));
+    let probe = ball(0);
     let mut random = crate::common::random::Random::new(3);
     for _ in 0..60 {
         let axis = random.vector().normalize();
@@ -317,10 +260,8 @@ fn swept_boxes_hold_the_whole_screw() {
         };
         let mut scene = Scene::new();
         scene.set_reach(Reach::Swept);
-        let body = scene
-            .insert(Body::moving(Arc::clone(&tree), screw(0.0)))
-            .unwrap();
-        detect(&mut scene, Budget::unlimited());
+        let body = moving(&mut scene, &tree, screw(0.0));
+        whole_frame(&mut scene);
         // A small probe at a corner of the mesh somewhere on its way.
         let middle = screw(random.unit());
         let corners = posed_triangles(tree.mesh(), &middle);
@@ -335,7 +276,7 @@ fn swept_boxes_hold_the_whole_screw() {
             .insert(Body::fixed(Arc::new(Tree::new(mesh)), Pose::IDENTITY))
             .unwrap();
         scene.set_pose(body, screw(1.0)).unwrap();
-        let report = detect(&mut scene, Budget::unlimited());
+        let report = whole_frame(&mut scene);
         assert!(report.pair(body, other).is_some(), "{angle} {slide}");
     }
 }
@@ -343,24 +284,22 @@ fn swept_boxes_hold_the_whole_screw() {
 /// The way begins where the body was in the frame before, whatever boxes were compared then.
 #[test]
 fn another_reach_takes_effect_from_the_frame_before_on() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     let mut scene = Scene::new();
-    scene
-        .insert(Body::fixed(Arc::clone(&ball), at(0.0, 0.0, 0.0)))
-        .unwrap();
+    fixed(&mut scene, &ball, at(0.0, 0.0, 0.0));
     let bullet = scene
         .insert(Body::moving(ball, at(-10.0, 0.0, 0.0)))
         .unwrap();
     for x in [-10.0, 10.0, 20.0] {
         scene.set_pose(bullet, at(x, 0.0, 0.0)).unwrap();
-        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
+        assert_eq!(whole_frame(&mut scene).pairs.len(), 0);
     }
     scene.set_reach(Reach::Swept);
     scene.set_pose(bullet, at(30.0, 0.0, 0.0)).unwrap();
     // It passed long ago.
-    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
+    assert_eq!(whole_frame(&mut scene).pairs.len(), 0);
     scene.set_pose(bullet, at(-30.0, 0.0, 0.0)).unwrap();
-    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 1);
+    assert_eq!(whole_frame(&mut scene).pairs.len(), 1);
 }
 
 /// Of ids of removed bodies, of other scenes, and of none at all; of the others where two are asked for.
@@ -370,9 +309,7 @@ fn every_call_refuses_a_body_that_is_not_there() {
     let [a, b] = [0.0, 1.0].map(|x| scene.insert(Body::moving(knot(), at(x, 0.0, 0.0))).unwrap());
     scene.remove(b).unwrap();
     let motion = Motion::straight(Pose::IDENTITY, [1.0; 3]).unwrap();
-    let again = scene
-        .insert(Body::moving(knot(), at(1.0, 0.0, 0.0)))
-        .unwrap();
+    let again = moving(&mut scene, &knot(), at(1.0, 0.0, 0.0));
     assert_eq!(again.index(), b.index());
     for frame in 0..2 {
         for gone in [b, BodyId::from_bits(u64::MAX), BodyId::from_bits(7)] {
@@ -406,12 +343,8 @@ fn every_call_refuses_a_body_that_is_not_there() {
                     certificate(x, y)
                 }
             }
-            assert!(
-                refused
-                    .iter()
-                    .all(|&error| error == SceneError::NoSuchBody { body: gone }),
-                "{refused:?}"
-            );
+            let is_it = |error: &SceneError| *error == SceneError::NoSuchBody { body: gone };
+            assert!(refused.iter().all(is_it), "{refused:?}");
             assert_eq!(scene.report().pair(a, gone), None);
         }
         let alone = [
@@ -423,7 +356,7 @@ fn every_call_refuses_a_body_that_is_not_there() {
             scene.certificate(a, a).map(drop).unwrap_err(),
         ];
         assert_eq!(alone, [SceneError::OneBody { body: a }; 6]);
-        let report = detect(&mut scene, Budget::unlimited());
+        let report = whole_frame(&mut scene);
         assert!(report.frame == frame + 1 && report.group_distances.is_empty());
         assert_eq!(scene.distances().count(), 0);
     }
@@ -431,23 +364,18 @@ fn every_call_refuses_a_body_that_is_not_there() {
 
 /// So far out that rounding is as large as the gap, nothing is proven of the start of a motion.
 #[test]
-fn what_rounding_hides_is_complete_and_as_likely_as_not() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+fn pairs_within_rounding_are_complete_with_a_probability_of_one_half() {
+    let ball = ball(1);
     let mut scene = Scene::new();
-    let [a, b] = [0.0, 2.001].map(|x| {
-        scene
-            .insert(Body::moving(Arc::clone(&ball), at(1e12 + x, 0.0, 0.0)))
-            .unwrap()
-    });
-    let report = detect(&mut scene, Budget::unlimited());
+    let [a, b] = [0.0, 2.001].map(|x| moving(&mut scene, &ball, at(1e12 + x, 0.0, 0.0)));
+    let report = whole_frame(&mut scene);
     // At rest.
     assert_eq!(report.pair(a, b).unwrap().verdict, Verdict::Separated);
-    scene
-        .set_motion(
-            b,
-            Motion::straight(at(1e12 + 2.001, 0.0, 0.0), [-0.01, 0.0, 0.0]).unwrap(),
-        )
-        .unwrap();
+    sweep(
+        &mut scene,
+        b,
+        Motion::straight(at(1e12 + 2.001, 0.0, 0.0), [-0.01, 0.0, 0.0]).unwrap(),
+    );
     for budget in [Budget::unlimited(), Budget::work(0)] {
         let report = detect(&mut scene, budget);
         let pair = report.pair(a, b).unwrap();
@@ -473,53 +401,39 @@ fn a_scene_of_nothing_says_so() {
         time(u64::MAX),
         Budget::unlimited(),
     ];
-    let mut groups = None;
+    let mut groups = 0;
     for step in 0..4 {
         for budget in budgets {
-            let Report {
-                pairs,
-                contacts,
-                group_distances,
-                work,
-                ..
-            } = detect(&mut scene, budget).clone();
-            assert_eq!((pairs.len(), contacts.len(), work), (0, 0, 0));
-            for found in &group_distances {
-                assert_eq!(
-                    (found.low, found.high, found.open),
-                    (f64::INFINITY, f64::INFINITY, 0)
-                );
+            let report = detect(&mut scene, budget);
+            assert!(report.pairs.is_empty() && report.contacts.is_empty());
+            assert_eq!((report.work, report.undecided()), (0, 0));
+            assert_eq!(report.group_distances.len(), groups);
+            for found in &report.group_distances {
+                let told = (found.low, found.high, found.open);
+                assert_eq!(told, (f64::INFINITY, f64::INFINITY, 0));
             }
-            assert_eq!(
-                (group_distances.len(), scene.report().undecided()),
-                (usize::from(groups.is_some()), 0)
-            );
         }
         assert!(scene.report().is_whole());
         match step {
-            0 => groups = Some(scene.measure_groups(&[], &[], 0.0).unwrap()),
-            1 => assert_eq!(
-                scene
-                    .insert_compound(Pose::IDENTITY, [])
-                    .map(|id| scene.parts(id).unwrap().len()),
-                Ok(0)
-            ),
-            _ => drop(scene.insert(Body::fixed(knot(), Pose::IDENTITY)).unwrap()),
+            0 => {
+                scene.measure_groups(&[], &[], 0.0).unwrap();
+                groups = 1;
+            }
+            1 => {
+                let id = scene.insert_compound(Pose::IDENTITY, []).unwrap();
+                assert_eq!(scene.parts(id).unwrap().len(), 0);
+            }
+            _ => _ = fixed(&mut scene, &knot(), Pose::IDENTITY),
         }
     }
 }
 
 #[test]
 fn boxes_intersect_where_both_are() {
-    let (a, b) = (
-        Aabb::new(DVec3::ZERO, DVec3::ONE),
-        Aabb::new(DVec3::splat(0.5), DVec3::splat(3.0)),
-    );
-    assert_eq!(a.intersection(&b), Aabb::new(DVec3::splat(0.5), DVec3::ONE));
-    assert!(
-        a.intersection(&Aabb::new(DVec3::splat(2.0), DVec3::splat(3.0)))
-            .is_empty()
-    );
+    let cube = |low, high| Aabb::new(DVec3::splat(low), DVec3::splat(high));
+    let unit = cube(0.0, 1.0);
+    assert_eq!(unit.intersection(&cube(0.5, 3.0)), cube(0.5, 1.0));
+    assert!(unit.intersection(&cube(2.0, 3.0)).is_empty());
 }
 
 /// A scene that knows it has nothing to do, beside one that is told of a change that is none, and so looks at everything.
@@ -537,52 +451,39 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
         }
         let mut ids = Vec::<BodyId>::new();
         for _ in 0..60 {
-            let chosen = if ids.is_empty() {
-                0
-            } else {
-                random.below(ids.len())
-            };
+            let chosen = random.below(ids.len().max(1));
+            let mut both = |change: &dyn Fn(&mut Scene)| scenes.iter_mut().for_each(change);
             match random.below(12) {
                 0 | 1 => {
-                    let body = Body::moving(
-                        Arc::clone(&trees[random.below(trees.len())]),
-                        pose(2.0, &mut random),
-                    );
-                    let [id, same] = scenes
-                        .each_mut()
-                        .map(|scene| scene.insert(body.clone()).unwrap());
+                    let tree = &trees[random.below(trees.len())];
+                    let pose = pose(2.0, &mut random);
+                    let [id, same] = scenes.each_mut().map(|scene| moving(scene, tree, pose));
                     assert_eq!(id, same);
                     ids.push(anywhere(id));
                 }
                 2 if !ids.is_empty() => {
                     let id = ids.swap_remove(chosen);
-                    scenes
-                        .iter_mut()
-                        .for_each(|scene| drop(scene.remove(id).unwrap()));
+                    both(&|scene| drop(scene.remove(id).unwrap()));
                 }
                 3 | 4 if !ids.is_empty() => {
-                    let place = nudged(&scenes[0].body(ids[chosen]).unwrap().pose, &mut random);
-                    scenes
-                        .iter_mut()
-                        .for_each(|scene| scene.set_pose(ids[chosen], place).unwrap());
+                    let id = ids[chosen];
+                    let place = nudged(&scenes[0].body(id).unwrap().pose, &mut random);
+                    scenes.iter_mut().for_each(|scene| put(scene, id, place));
                 }
                 5 => {
                     let mode = [Mode::Any, Mode::All][random.below(2)];
-                    scenes.iter_mut().for_each(|scene| scene.set_mode(mode));
+                    both(&|scene| scene.set_mode(mode));
                 }
                 6 => {
                     let reach = [Reach::Here, Reach::Swept][random.below(2)];
-                    scenes.iter_mut().for_each(|scene| scene.set_reach(reach));
+                    both(&|scene| scene.set_reach(reach));
                 }
                 7 if ids.len() > 1 && random.below(3) == 0 => {
-                    let stops = random.below(2) == 0;
-                    scenes.iter_mut().for_each(|scene| {
-                        let call = match stops {
-                            true => Scene::stop_finding_contacts_of,
-                            false => Scene::find_contacts_of,
-                        };
-                        call(scene, ids[0], ids[1]).unwrap();
-                    });
+                    let call = match random.below(2) {
+                        0 => Scene::stop_finding_contacts_of,
+                        _ => Scene::find_contacts_of,
+                    };
+                    both(&|scene| call(scene, ids[0], ids[1]).unwrap());
                 }
                 _ => {}
             }
@@ -590,7 +491,7 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
                 scenes[1].set_importance(id, 1.0).unwrap();
             }
             let [rested, looked] = scenes.each_mut().map(|scene| {
-                let mut report = detect(scene, Budget::unlimited()).clone();
+                let mut report = whole_frame(scene).clone();
                 let spent = std::mem::take(&mut report.broad_phase_work);
                 (report.work, report.bv_tests) = (0, 0);
                 let pairs = ids
@@ -611,36 +512,25 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
 /// it rests undecided, its probability stays.
 #[test]
 fn after_a_rest_a_pair_is_as_old_as_if_it_had_been_looked_at() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let ball = ball(2);
     // Balls that meet, and others whose boxes overlap.
     for place in [1.3, 1.5] {
         let mut scenes = [Scene::new(), Scene::new()];
         let [ids, _] = scenes.each_mut().map(|scene| {
             scene.track_contacts();
-            [0.0, place].map(|x| {
-                anywhere(
-                    scene
-                        .insert(Body::moving(Arc::clone(&ball), at(x, x, 0.0)))
-                        .unwrap(),
-                )
-            })
+            [0.0, place].map(|x| anywhere(moving(scene, &ball, at(x, x, 0.0))))
         });
         let mut before = None;
         for frame in 0..30 {
             if frame == 12 {
-                scenes.iter_mut().for_each(|scene| {
-                    scene
-                        .set_pose(ids[1], at(place + 0.01, place, 0.0))
-                        .unwrap()
-                });
+                scenes
+                    .iter_mut()
+                    .for_each(|scene| put(scene, ids[1], at(place + 0.01, place, 0.0)));
             }
             scenes[1].set_importance(ids[0], 1.0).unwrap();
             // Nothing is decided in some frames after the rest.
-            let budget = if [0, 18].contains(&frame) {
-                Budget::unlimited()
-            } else {
-                Budget::work(0)
-            };
+            let is_free = [0, 18].contains(&frame);
+            let budget = [Budget::work(0), Budget::unlimited()][usize::from(is_free)];
             let [rested, mut looked] = scenes.each_mut().map(|scene| {
                 let report = detect(scene, budget);
                 (report.frame, report.pairs.clone(), report.contacts.clone())
@@ -651,12 +541,12 @@ fn after_a_rest_a_pair_is_as_old_as_if_it_had_been_looked_at() {
                 looked.1[0].probability = stays;
             }
             assert_eq!(rested, looked);
-            let age = if (12..18).contains(&frame) {
+            let waited = if (12..18).contains(&frame) {
                 frame - 11
             } else {
                 0
             };
-            assert_eq!(rested.1[0].age, age, "frame {frame}");
+            assert_eq!(rested.1[0].age, waited, "frame {frame}");
         }
     }
 }
@@ -686,7 +576,7 @@ fn heap(question: &str) -> Scene {
 /// A frame goes on with the list and the runs of the last one. So all is known after as many frames as the work
 /// takes, however little a frame does; then a frame does nothing.
 #[test]
-fn what_rests_is_known_after_its_work_and_then_costs_nothing_under_any_budget() {
+fn bodies_at_rest_are_known_after_their_work_and_then_cost_nothing() {
     for (question, least) in [
         ("whether", 1_000),
         ("margins", 2_000),
@@ -710,11 +600,9 @@ fn what_rests_is_known_after_its_work_and_then_costs_nothing_under_any_budget() 
                 assert!(frames <= 50 + most, "{question} {budget} {frames} {most}");
                 assert!(work <= 2 * whole_work, "{question} {budget}: {work}");
             }
-            let verdicts = |report: &Report| -> Vec<_> {
-                let pairs = report.pairs.iter();
-                pairs
-                    .map(|pair| (pair.a, pair.b, pair.verdict.meets()))
-                    .collect()
+            let verdicts = |report: &Report| {
+                let told = |pair: &PairReport| (pair.a, pair.b, pair.verdict.meets());
+                report.pairs.iter().map(told).collect::<Vec<_>>()
             };
             if question != "groups" {
                 assert_eq!(verdicts(scene.report()), verdicts(&whole), "{question}");

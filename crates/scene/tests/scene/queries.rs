@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{detect, pose, trees};
+use crate::{moving, pose, trees, whole_frame};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::tree::Solid;
@@ -58,7 +58,7 @@ fn world(at: DVec3, random: &mut Random) -> World {
     let compound = scene.insert_compound(place(9.0, random), parts).unwrap();
     let hidden: Vec<_> = scene.parts(compound).unwrap().collect();
     let asker = hidden[0];
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     for &id in ids.iter().step_by(9) {
         scene.set_pose(id, place(10.0, random)).unwrap();
     }
@@ -334,7 +334,7 @@ fn a_budget_of_nothing_proves_nothing_and_claims_nothing() {
             (0, StopReason::WorkLimit)
         );
         assert!(!overlap.is_whole || overlap.undecided == [id]);
-        detect(&mut scene, Budget::unlimited());
+        whole_frame(&mut scene);
     }
     let empty = scene.overlap(
         &SceneShape::point([0.0; 3]).unwrap(),
@@ -345,7 +345,7 @@ fn a_budget_of_nothing_proves_nothing_and_claims_nothing() {
 }
 
 #[test]
-fn what_is_inside_a_solid_meets_it_and_of_two_surfaces_it_does_not() {
+fn a_body_inside_a_solid_meets_it_but_not_its_surface() {
     let (mut scene, small) = (Scene::new(), ball());
     let big = shapes::cuboid([4.0, 4.0, 4.0], 2);
     let solid = BuildOptions::default().solid(Solid::Keep);
@@ -430,7 +430,7 @@ fn bodies_of_other_groups_are_seen_past_those_that_are_ignored_before_the_first_
     for _ in 0..2 {
         let cast = scene.cast(&ray, by!(Budget::unlimited())).unwrap();
         assert_eq!(cast.hit.map(|hit| hit.body), Some(ids[2]));
-        detect(&mut scene, Budget::unlimited());
+        whole_frame(&mut scene);
     }
 }
 
@@ -471,12 +471,8 @@ fn a_shape_with_bad_numbers_is_refused_by_what_is_wrong() {
         (f64::INFINITY, f64::INFINITY, None)
     );
     let empty = Arc::new(Tree::new(Mesh::new([[0.0f32; 3]; 0], []).unwrap()));
-    scene
-        .insert(Body::moving(Arc::clone(&empty), at(0.0)))
-        .unwrap();
-    scene
-        .insert(Body::moving(Arc::clone(&tree), at(0.5)))
-        .unwrap();
+    moving(&mut scene, &empty, at(0.0));
+    moving(&mut scene, &tree, at(0.5));
     for shape in [
         SceneShape::new(&empty, at(0.0)),
         SceneShape::new(&tree, at(9.0)),

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use crate::{Model, detect};
+use crate::{Model, ball, detect, moving, put, whole_frame};
 use punctual::clock::ManualClock;
 use punctual::geom::RayError;
 use punctual::glam::{DMat3, DVec3};
 use punctual::rays::{RayHit, RayMode};
-use punctual::{Budget, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
+use punctual::{Budget, Pose, Query, Ray, StopReason, Workspace};
 use punctual_scene::{Body, BodyHit, BodyId, Filter, Scene, SceneCast, SceneError, SceneRay};
 
 fn cast(scene: &mut Scene, ray: &SceneRay, budget: Budget) -> SceneCast {
@@ -134,15 +134,11 @@ pub fn check(
 
 /// Balls of radius 1, one behind the other, 3 apart.
 fn row(bodies: usize) -> (Scene, Vec<BodyId>) {
-    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let ball = ball(3);
     let mut scene = Scene::new();
     let at = |i: usize| Pose::new(DMat3::IDENTITY, DVec3::X * (3 * i) as f64).unwrap();
     let ids = (0..bodies)
-        .map(|i| {
-            scene
-                .insert(Body::moving(Arc::clone(&ball), at(i)))
-                .unwrap()
-        })
+        .map(|i| moving(&mut scene, &ball, at(i)))
         .collect();
     (scene, ids)
 }
@@ -150,7 +146,7 @@ fn row(bodies: usize) -> (Scene, Vec<BodyId>) {
 #[test]
 fn what_is_in_sight_is_found_without_looking_at_the_rest() {
     let (mut scene, ids) = row(2_000);
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     let ray = SceneRay::new(Ray::new([-2.0, 0.1, 0.2], [1.0, 0.0, 0.0]).unwrap());
     let first = cast(&mut scene, &ray, Budget::unlimited());
     assert_eq!(first.hit.unwrap().body, ids[0]);
@@ -168,7 +164,7 @@ fn what_is_in_sight_is_found_without_looking_at_the_rest() {
 /// Budgets that leave the broad phase at every one of its steps: new bodies, bodies far from where they were, trees half built.
 #[test]
 fn rays_see_bodies_that_the_broad_phase_is_still_at() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(0)));
+    let ball = ball(0);
     let (mut scene, mut model, mut random) = (Scene::new(), Model::default(), Random::new(51));
     let mut workspace = Workspace::new();
     let place = |random: &mut Random| Pose::new(DMat3::IDENTITY, 12.0 * random.vector()).unwrap();
@@ -212,10 +208,12 @@ fn a_ray_sees_the_poses_that_were_set_and_only_bodies_that_are_there() {
             .map(|hit| hit.body)
     };
     assert_eq!(seen(&mut scene), Some(ids[0]), "before the first frame");
-    detect(&mut scene, Budget::unlimited());
-    scene
-        .set_pose(ids[0], Pose::new(DMat3::IDENTITY, DVec3::Y * 9.0).unwrap())
-        .unwrap();
+    whole_frame(&mut scene);
+    put(
+        &mut scene,
+        ids[0],
+        Pose::new(DMat3::IDENTITY, DVec3::Y * 9.0).unwrap(),
+    );
     assert_eq!(seen(&mut scene), Some(ids[1]));
     scene.remove(ids[1]).unwrap();
     assert_eq!(seen(&mut scene), Some(ids[2]));
@@ -228,12 +226,7 @@ fn a_ray_that_a_body_cannot_be_asked_about_is_refused_by_its_name() {
     let far = DVec3::X * 2f64.powi(989);
     let turned = Pose::new(DMat3::from_rotation_z(0.8), far).unwrap();
     let (mut scene, _) = row(1);
-    let id = scene
-        .insert(Body::moving(
-            Arc::new(Tree::new(shapes::icosphere(0))),
-            turned,
-        ))
-        .unwrap();
+    let id = scene.insert(Body::moving(ball(0), turned)).unwrap();
     let ray = SceneRay::new(Ray::segment([1e301, 1e301, 0.0], far).unwrap());
     match scene.cast(&ray, Budget::unlimited().clock(&ManualClock::new())) {
         Err(
@@ -262,7 +255,7 @@ fn crowd(random: &mut Random, bodies: usize, rays: usize) -> (Scene, Vec<SceneRa
         let body = Body::moving(tree, crate::pose(12.0, random));
         scene.insert(body).unwrap();
     }
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     let ray = |random: &mut Random| {
         let mode = [RayMode::Nearest, RayMode::Any][random.below(2)];
         let ray = Ray::new(14.0 * random.vector(), random.vector()).unwrap();

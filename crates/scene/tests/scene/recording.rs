@@ -1,13 +1,14 @@
 //! A recorded scene is played again to the bit; damaged files are refused with their place.
 #![cfg(all(feature = "parallel", feature = "record"))]
 
+use crate::{ball, moving};
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 
 use punctual::glam::DVec3;
 use punctual::prediction::Calibration;
-use punctual::{Budget, Pose, Tree, shapes};
-use punctual_scene::{Body, Replay, Scene};
+use punctual::{Budget, Pose, Tree};
+use punctual_scene::{Replay, Scene};
 
 use crate::common::random::Random;
 use crate::lock_step::said;
@@ -189,13 +190,11 @@ fn a_file_that_cannot_be_written_ends_the_recording_and_not_the_scene() {
             Ok(())
         }
     }
-    let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    let ball = ball(1);
     for room in [0, 100, 3000, 100_000] {
         let mut scene = Scene::recorded(Full(room));
         for _ in 0..2 {
-            scene
-                .insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))
-                .unwrap();
+            moving(&mut scene, &ball, Pose::IDENTITY);
         }
         assert_eq!(scene.detect(Budget::unlimited()).intersecting, 1);
         let ended = scene.stop_recording();

@@ -1,22 +1,19 @@
 //! Calls that a scene refuses leave it as it was; and ids of another scene are refused.
 
+use crate::{ball, moving, put};
 use std::sync::Arc;
 use std::time::Duration;
 
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::rays::RayMode;
-use punctual::{Budget, Mode, Motion, Pose, Ray, Tree, shapes};
+use punctual::{Budget, Mode, Motion, Pose, Ray};
 use punctual_scene::{
     Body, BodyId, CompoundId, Filter, MeasureId, PairQuestion, Scene, SceneError, SceneRay,
 };
 
 fn at(x: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, [x, 0.0, 0.0]).unwrap()
-}
-
-fn ball() -> Arc<Tree> {
-    Arc::new(Tree::new(shapes::icosphere(2)))
 }
 
 /// Two balls that meet, a compound of two, and one that was removed.
@@ -31,7 +28,7 @@ struct World {
 
 impl World {
     fn new(measures: bool) -> Self {
-        let (ball, mut scene) = (ball(), Scene::new());
+        let (ball, mut scene) = (ball(2), Scene::new());
         scene.track_contacts();
         scene.find_contacts();
         let bodies = [0.0, 1.5].map(|x| {
@@ -101,7 +98,7 @@ fn refused(
         compound: own,
         ..
     } = world;
-    let (a, b, own, tree) = (*a, *b, *own, ball());
+    let (a, b, own, tree) = (*a, *b, *own, ball(2));
     let (no_such, no_compound) = (
         SceneError::NoSuchBody { body },
         SceneError::NoSuchCompound { compound },
@@ -215,7 +212,7 @@ fn a_refused_cast_leaves_the_hits_of_the_one_before() {
     assert!(hits.len() >= 4);
     let far = DVec3::X * 2f64.powi(989);
     let turned = Pose::new(DMat3::from_rotation_z(0.8), far).unwrap();
-    world.scene.insert(Body::moving(ball(), turned)).unwrap();
+    world.scene.insert(Body::moving(ball(2), turned)).unwrap();
     let long = SceneRay::new(Ray::segment([1e301, 1e301, 0.0], far).unwrap()).mode(RayMode::All);
     let refused = world.scene.cast(&long, Budget::unlimited().clock(&clock));
     assert!(
@@ -285,12 +282,10 @@ fn fixed_bodies_leave_the_report_when_their_measuring_ends() {
         Budget::work(0),
     ] {
         for groups in [false, true] {
-            let (ball, mut scene, clock) = (ball(), Scene::new(), ManualClock::new());
+            let (ball, mut scene, clock) = (ball(2), Scene::new(), ManualClock::new());
             let [a, b] =
                 [0.0, 1.5].map(|x| scene.insert(Body::fixed(Arc::clone(&ball), at(x))).unwrap());
-            scene
-                .insert(Body::moving(Arc::clone(&ball), at(0.5)))
-                .unwrap();
+            moving(&mut scene, &ball, at(0.5));
             let measure = if groups {
                 Some(scene.measure_groups(&[a], &[b], 1e-3).unwrap())
             } else {
@@ -306,9 +301,8 @@ fn fixed_bodies_leave_the_report_when_their_measuring_ends() {
                 None => scene.stop_measuring(a, b).unwrap(),
             }
             for _ in 0..5 {
-                scene
-                    .set_pose(a, at(1e-6 * scene.report().frame as f64))
-                    .unwrap();
+                let shift = 1e-6 * scene.report().frame as f64;
+                put(&mut scene, a, at(shift));
                 scene.detect(budget.clock(&clock));
                 assert_eq!(scene.report().pair(a, b), None, "{budget:?}");
             }

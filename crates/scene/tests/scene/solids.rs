@@ -1,6 +1,6 @@
 //! Bodies that are solids: what is inside another meets it. Sensors, and pairs that are ignored.
 
-use crate::detect;
+use crate::{detect, fixed, moving, put, whole_frame};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::tree::Solid;
 use punctual::{Budget, BuildOptions, Pose, Tree, Verdict, shapes};
@@ -25,7 +25,7 @@ fn count(reports: &[Vec<ContactPhase>], phase: ContactPhase) -> usize {
 
 /// Whatever the budget: what crosses a sensor enters once and leaves once, also what is born inside.
 #[test]
-fn what_crosses_a_sensor_enters_once_and_leaves_once() {
+fn a_body_that_crosses_a_sensor_enters_once_and_leaves_once() {
     let [room, ball] = room_and_ball();
     for (start, budget) in [
         (-8.0, Budget::unlimited()),
@@ -51,12 +51,11 @@ fn what_crosses_a_sensor_enters_once_and_leaves_once() {
         let (mut phases, mut contained) = (Vec::new(), 0);
         // Some frames more, to find out what is still open.
         for step in 0..=140 {
-            scene
-                .set_pose(
-                    id,
-                    at(start + (8.0 - start) * f64::from(step.min(100)) / 100.0),
-                )
-                .unwrap();
+            put(
+                &mut scene,
+                id,
+                at(start + (8.0 - start) * f64::from(step.min(100)) / 100.0),
+            );
             let report = detect(&mut scene, budget);
             phases.push(
                 report
@@ -85,9 +84,7 @@ fn a_body_inside_another_meets_it() {
     let [room, ball] = room_and_ball();
     let new = |margin: f64| {
         let mut scene = Scene::new();
-        let a = scene
-            .insert(Body::fixed(Arc::clone(&room), Pose::IDENTITY))
-            .unwrap();
+        let a = fixed(&mut scene, &room, Pose::IDENTITY);
         let b = scene
             .insert(Body::moving(Arc::clone(&ball), at(0.0)).margin(margin))
             .unwrap();
@@ -102,30 +99,22 @@ fn a_body_inside_another_meets_it() {
         if finds_contacts {
             scene.find_contacts();
         }
-        assert!(
-            contained(detect(&mut scene, Budget::unlimited()), ids),
-            "{margin}"
-        );
+        assert!(contained(whole_frame(&mut scene), ids), "{margin}");
         scene.set_pose(ids[1], at(0.1)).unwrap();
-        assert!(contained(detect(&mut scene, Budget::unlimited()), ids));
+        assert!(contained(whole_frame(&mut scene), ids));
         assert_eq!(scene.report().meeting_pairs().count(), 1);
         scene.set_pose(ids[1], at(6.0)).unwrap();
-        assert_eq!(
-            detect(&mut scene, Budget::unlimited())
-                .meeting_pairs()
-                .count(),
-            0
-        );
+        assert_eq!(whole_frame(&mut scene).meeting_pairs().count(), 0);
     }
     let (mut scene, ids) = new(0.0);
     scene.measure(ids[0], ids[1], 1e-3).unwrap();
-    let report = detect(&mut scene, Budget::unlimited());
+    let report = whole_frame(&mut scene);
     assert!(contained(report, ids), "{report:?}");
     assert_eq!(scene.distance(ids[0], ids[1]).unwrap().high, 0.0);
     let (mut scene, ids) = new(0.0);
     let away = Motion::straight(at(0.0), DVec3::X).unwrap();
     scene.set_motion(ids[1], away).unwrap();
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     let passage = scene.passages().next().unwrap();
     assert_eq!(passage.touching_at, Some(0.0));
 }
@@ -135,12 +124,8 @@ fn an_ignored_pair_does_not_meet() {
     let [_, ball] = room_and_ball();
     let mut scene = Scene::new();
     scene.track_contacts();
-    let [a, b, c] = [0.0, 1.2, 2.4].map(|x| {
-        scene
-            .insert(Body::moving(Arc::clone(&ball), at(x)))
-            .unwrap()
-    });
-    let meeting = |scene: &mut Scene| detect(scene, Budget::unlimited()).meeting_pairs().count();
+    let [a, b, c] = [0.0, 1.2, 2.4].map(|x| moving(&mut scene, &ball, at(x)));
+    let meeting = |scene: &mut Scene| whole_frame(scene).meeting_pairs().count();
     assert_eq!(meeting(&mut scene), 2);
     scene.ignore(b, a, true).unwrap();
     assert_eq!(meeting(&mut scene), 1);
@@ -170,7 +155,7 @@ fn an_ignored_pair_does_not_meet() {
 
 /// The contacts of two bodies, the contained one, and what is proven of them now.
 fn told(scene: &mut Scene, [a, b]: [BodyId; 2]) -> (Option<BodyId>, f64, bool, usize) {
-    detect(scene, Budget::unlimited());
+    whole_frame(scene);
     let found = scene.contacts(a, b).unwrap();
     assert_eq!(found, scene.contacts(b, a).unwrap());
     let left = found.low - found.drift;
@@ -259,12 +244,7 @@ fn a_kinematic_body_meets_moving_ones_on_its_way() {
     // From 0 to 80 in a frame: it overtakes the ball.
     let way = Motion::straight(at(0.0), 80.0 * DVec3::X).unwrap();
     scene.set_motion(platform, way).unwrap();
-    assert_eq!(
-        detect(&mut scene, Budget::unlimited())
-            .meeting_pairs()
-            .count(),
-        0
-    );
+    assert_eq!(whole_frame(&mut scene).meeting_pairs().count(), 0);
     let passages: Vec<_> = scene.passages().collect();
     let [passage] = passages[..] else {
         panic!("{passages:?}")
@@ -272,7 +252,7 @@ fn a_kinematic_body_meets_moving_ones_on_its_way() {
     assert_eq!([passage.a, passage.b], [platform, id]);
     assert!(passage.free_until <= 0.4375 && 0.4375 <= passage.touching_at.unwrap());
     scene.set_pose(platform, at(38.0)).unwrap();
-    let report = detect(&mut scene, Budget::unlimited());
+    let report = whole_frame(&mut scene);
     assert_eq!(report.meeting_pairs().count(), 1);
     assert!(report.pair(ground, platform).is_none());
 }

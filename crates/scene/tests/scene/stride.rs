@@ -1,6 +1,7 @@
 //! How far bodies may move: whatever the budget, none sinks into another unseen.
 
 use super::*;
+use crate::{ball, whole_frame};
 
 const SINK: f64 = 0.03;
 const STRIDE: f64 = 0.4;
@@ -139,7 +140,7 @@ fn bodies_that_move_as_far_as_they_may_sink_in_no_deeper_whatever_the_budget() {
 
 #[test]
 fn only_bodies_whose_contacts_are_requested_hold_a_body_back() {
-    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let ball = ball(2);
     let ball = |x: f64| Body::moving(Arc::clone(&ball), at(DVec3::X * x)).margin(0.01);
     let may = |scene: &mut Scene, id| scene.may_move(id, 1.0, 0.0).unwrap();
     let mut scene = Scene::new();
@@ -147,7 +148,7 @@ fn only_bodies_whose_contacts_are_requested_hold_a_body_back() {
     assert_eq!(may(&mut scene, a), 1.0, "no contacts are requested");
     scene.find_contacts();
     assert_eq!(may(&mut scene, a), 0.0, "nothing is known");
-    detect(&mut scene, Budget::unlimited());
+    whole_frame(&mut scene);
     // All contacts have points: free up to the skin of both, and each body has half of it.
     assert!(!scene.contacts(a, b).unwrap().points.is_empty());
     assert!((may(&mut scene, a) - 0.01).abs() < 1e-9);

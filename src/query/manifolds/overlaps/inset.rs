@@ -10,7 +10,7 @@
 use super::Marks;
 use crate::query::contacts::contact::face_normal;
 use crate::query::manifolds::manifold::{Shape, around};
-use crate::tree::inside::{Probe, crossings_of};
+use crate::tree::solid::inside::{Probe, crossings_of};
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use glam::{DMat3, DVec3};

@@ -90,7 +90,8 @@ impl MovingBall {
             return (BallStep::Misses, was_long);
         }
         let next = from + gap / closing * CERTAIN;
-        let step = if next > self.end {
+        // No triangle is as far as a length that overflows.
+        let step = if next > self.end || next == f64::INFINITY {
             BallStep::Misses
         } else if next > from {
             BallStep::FreeUntil(next)
@@ -139,6 +140,13 @@ mod tests {
                 BallStep::FreeUntil(next) => at = next,
             }
         }
+    }
+
+    #[test]
+    fn a_ball_that_passes_far_away_misses() {
+        let ray = Ray::new([-1e300, 0.0, 0.0], [1e-13, -1.0, 1e-300]).unwrap();
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from_array);
+        assert_eq!(follow(&ray, &corners, 1.0).0, None);
     }
 
     #[test]
