@@ -231,11 +231,14 @@ impl Horizon {
     /// speed within `braking` ([`braking_time`]), both in seconds.
     ///
     /// # Errors
-    /// [`RobotError::Model`] unless the cycle is above 0, and both are finite and not negative.
+    /// [`RobotError::Model`] unless the cycle is from 1e-30 to 1e30 s, and `braking` from 0 to 1e30.
     pub fn new(cycle: f64, braking: f64) -> Result<Self, RobotError> {
-        if !(cycle > 0.0 && cycle <= LARGEST && (0.0..=LARGEST).contains(&braking)) {
+        let least = 1.0 / LARGEST;
+        if !((least..=LARGEST).contains(&cycle) && (0.0..=LARGEST).contains(&braking)) {
             let what = format!("horizon: cycle {cycle} s, braking {braking} s");
-            return refuse(format!("{what}, allowed is above 0, and 0, to {LARGEST:e}"));
+            return refuse(format!(
+                "{what}, allowed is {least:e}, and 0, to {LARGEST:e}"
+            ));
         }
         Ok(Self {
             cycle,
