@@ -41,10 +41,8 @@ fn logistic(x: f64) -> f64 {
 fn moments(count: usize, [offset, slope]: [f64; 2], random: &mut Random) -> Vec<(f64, bool)> {
     let mut moment = || {
         let logit = 3.0 * random.signed();
-        (
-            logistic(logit),
-            random.unit() < logistic(offset + slope * logit),
-        )
+        let truth = logistic(offset + slope * logit);
+        (logistic(logit), random.unit() < truth)
     };
     (0..count).map(|_| moment()).collect()
 }
@@ -60,28 +58,19 @@ fn learned(moments: &[(f64, bool)]) -> Calibration {
 #[test]
 fn a_default_calibration_changes_no_bit() {
     let mut random = Random::new(1);
-    for probability in (0..10_000)
-        .map(|_| random.unit())
-        .chain(TOLD[4..14].iter().copied())
-    {
-        assert_eq!(
-            Calibration::default().apply(probability).to_bits(),
-            probability.to_bits()
-        );
+    let any = (0..10_000).map(|_| random.unit());
+    for probability in any.chain(TOLD[4..14].iter().copied()) {
+        let applied = Calibration::default().apply(probability);
+        assert_eq!(applied.to_bits(), probability.to_bits());
     }
 }
 
 #[test]
-fn what_was_told_as_certain_stays_so_and_teaches_nothing() {
+fn certain_predictions_stay_certain_and_teach_nothing() {
     let mut calibration = learned(&moments(100, [1.0, 2.0], &mut Random::new(2)));
     let before = calibration;
-    for (certain, end) in [
-        (0.0, 0.0),
-        (-1.0, 0.0),
-        (1.0, 1.0),
-        (2.0, 1.0),
-        (f64::INFINITY, 1.0),
-    ] {
+    let infinite = (f64::INFINITY, 1.0);
+    for (certain, end) in [(0.0, 0.0), (-1.0, 0.0), (1.0, 1.0), (2.0, 1.0), infinite] {
         assert_eq!(calibration.apply(certain), end);
         for met in [false, true] {
             calibration.learn(certain, met);
@@ -96,20 +85,17 @@ fn learning_moves_a_biased_teller_to_the_truth() {
     for bias in [[1.2, 1.0], [-1.5, 0.5], [0.0, 2.5], [0.5, 0.3]] {
         let mut random = Random::new(3);
         let error = |calibration: &Calibration| {
-            let at = |logit: f64| {
-                calibration.apply(logistic(logit)) - logistic(bias[0] + bias[1] * logit)
-            };
+            let truth = |logit: f64| logistic(bias[0] + bias[1] * logit);
+            let off = |logit: f64| (calibration.apply(logistic(logit)) - truth(logit)).abs();
             [-2.5, -1.0, 0.0, 1.0, 2.5]
-                .map(|logit| at(logit).abs())
+                .map(off)
                 .into_iter()
                 .sum::<f64>()
                 / 5.0
         };
         let mean = |count: usize, random: &mut Random| {
-            (0..20)
-                .map(|_| error(&learned(&moments(count, bias, random))))
-                .sum::<f64>()
-                / 20.0
+            let errors = (0..20).map(|_| error(&learned(&moments(count, bias, random))));
+            errors.sum::<f64>() / 20.0
         };
         let [untaught, hundred, thousand] = [0, 100, 1000].map(|count| mean(count, &mut random));
         assert!(
@@ -125,16 +111,14 @@ fn an_honest_teller_is_left_about_as_it_is() {
     for _ in 0..20 {
         let calibration = learned(&moments(300, [0.0, 1.0], &mut random));
         for probability in [0.1, 0.3, 0.5, 0.7, 0.9] {
-            assert!(
-                (calibration.apply(probability) - probability).abs() < 0.12,
-                "{calibration:?}"
-            );
+            let off = calibration.apply(probability) - probability;
+            assert!(off.abs() < 0.12, "{calibration:?}");
         }
     }
 }
 
 #[test]
-fn what_changed_is_followed() {
+fn a_calibration_follows_a_changed_teller() {
     let mut random = Random::new(5);
     let mut past = moments(5000, [1.5, 1.0], &mut random);
     past.extend(moments(1000, [-1.5, 1.0], &mut random));
@@ -159,20 +143,12 @@ fn assert_sound(calibration: &Calibration) {
         calibration.offset().abs() <= 8.0 && (0.125..=8.0).contains(&calibration.slope()),
         "{calibration:?}"
     );
-    let corrected = TOLD[3..14]
-        .iter()
-        .map(|&told| calibration.apply(told))
-        .collect::<Vec<_>>();
+    let corrected = [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].map(|i| calibration.apply(TOLD[i]));
     assert!(corrected.is_sorted(), "{corrected:?} {calibration:?}");
-    assert!(
-        corrected[2..10].iter().all(|p| *p > 0.0 && *p < 1.0),
-        "{corrected:?} {calibration:?}"
-    );
-    assert!(
-        TOLD.iter()
-            .all(|&told| (0.0..=1.0).contains(&calibration.apply(told))),
-        "{calibration:?}"
-    );
+    let is_open = |p: &f64| 0.0 < *p && *p < 1.0;
+    assert!(corrected[2..10].iter().all(is_open), "{corrected:?}");
+    let is_share = |told: &f64| (0.0..=1.0).contains(&calibration.apply(*told));
+    assert!(TOLD.iter().all(is_share), "{calibration:?}");
 }
 
 #[test]
@@ -182,11 +158,11 @@ fn no_lesson_makes_it_unsound() {
         let mut calibration = Calibration::default();
         // Always the same, always wrong, by turns, or anything.
         for moment in 0..500_usize {
-            let told = if lesson < 64 {
-                TOLD[lesson % 16]
+            let told = TOLD[if lesson < 64 {
+                lesson % 16
             } else {
-                TOLD[random.below(16)]
-            };
+                random.below(16)
+            }];
             let met = match lesson / 16 {
                 0 => false,
                 1 => true,
@@ -208,21 +184,18 @@ fn the_same_lessons_give_the_same_bits_everywhere() {
     for moment in 0..1000_u32 {
         calibration.learn(f64::from(moment * 37 % 101) / 101.0, moment * 61 % 89 < 50);
     }
-    let bits = [
+    let told = [
         calibration.offset(),
         calibration.slope(),
         calibration.apply(0.3),
-    ]
-    .map(f64::to_bits);
-    assert_eq!(
-        bits,
-        [
-            0x3fce_6076_006e_dbb5,
-            0x3fc0_0000_0000_0000,
-            0x3fe1_0cbb_e544_d15a
-        ],
-        "{bits:#x?}"
-    );
+    ];
+    let bits = told.map(f64::to_bits);
+    let expected = [
+        0x3fce_6076_006e_dbb5,
+        0x3fc0_0000_0000_0000,
+        0x3fe1_0cbb_e544_d15a,
+    ];
+    assert_eq!(bits, expected, "{bits:#x?}");
 }
 
 fn at(x: f64, turn: f64) -> Pose {
@@ -236,9 +209,8 @@ fn stopped(a: &Tree, b: &Tree, touch: f64) -> Vec<(Vec<f64>, bool)> {
     let mut moments = Vec::new();
     for _ in 0..150 {
         let query = Query::intersection(a, b, at(touch + 0.1 * random.signed(), random.unit()));
-        let whole = query
-            .mode(Mode::All)
-            .run(&mut workspace, Budget::unlimited().clock(&clock));
+        let all = query.mode(Mode::All);
+        let whole = all.run(&mut workspace, Budget::unlimited().clock(&clock));
         let mut told = Vec::new();
         for percent in [2, 5, 10, 20, 50] {
             let budget = Budget::work(whole.stats.work * percent / 100);
@@ -253,7 +225,7 @@ fn stopped(a: &Tree, b: &Tree, touch: f64) -> Vec<(Vec<f64>, bool)> {
 
 /// Where the look at the front leaves nothing that may meet, the surfaces are apart, and that is told.
 #[test]
-fn what_an_estimate_proves_is_told_as_zero() {
+fn a_proof_of_separation_is_a_probability_of_zero() {
     let [ring, sphere] = [shapes::torus(1.0, 0.2, 64), shapes::icosphere(4)].map(Tree::new);
     let (mut none, mut some) = (0, 0);
     for (a, b, touch) in [
@@ -291,11 +263,7 @@ fn a_pair_of_parts_is_told_better_once_it_is_known() {
             }
             told.iter().for_each(|&told| calibration.learn(told, met));
         }
-        println!(
-            "{count} moments: Brier {:.3} before, {:.3} after",
-            raw / f64::from(count),
-            corrected / f64::from(count)
-        );
+        println!("{count} moments: squares {raw:.3} before, {corrected:.3} after");
         assert!(count > 100 && corrected < raw, "{count}: {raw} {corrected}");
     }
 }
@@ -304,11 +272,8 @@ fn a_pair_of_parts_is_told_better_once_it_is_known() {
 fn crowd() -> (Scene, Vec<BodyId>) {
     let tree = Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 128)));
     let mut scene = Scene::new();
-    let mut insert = || {
-        scene
-            .insert(Body::moving(Arc::clone(&tree), Pose::IDENTITY))
-            .unwrap()
-    };
+    let body = Body::moving(tree, Pose::IDENTITY);
+    let mut insert = || scene.insert(body.clone()).unwrap();
     // Ids that all scenes of this crowd take for their own.
     let ids = (0..12)
         .map(|_| BodyId::from_bits(insert().to_bits()))
@@ -320,11 +285,8 @@ fn crowd() -> (Scene, Vec<BodyId>) {
 fn place(scene: &mut Scene, ids: &[BodyId], time: f64) {
     for (body, &id) in ids.iter().enumerate() {
         let turn = DMat3::from_rotation_x(body as f64 + 2.0 * time);
-        let center = DVec3::new(
-            2.4 * (body % 6) as f64,
-            2.2 * (body / 6) as f64,
-            0.3 * (body as f64 + time).sin(),
-        );
+        let [x, y] = [body % 6, body / 6].map(|n| n as f64);
+        let center = DVec3::new(2.4 * x, 2.2 * y, 0.3 * (body as f64 + time).sin());
         scene
             .set_pose(id, Pose::new(turn, center).unwrap())
             .unwrap();
@@ -342,8 +304,9 @@ fn play(
         if frame.is_multiple_of(rest) {
             place(scene, ids, (frame / rest) as f64);
         }
+        let budget = Budget::work(3_000);
         scene
-            .detect(Budget::work(3_000).clock(&ManualClock::new()))
+            .detect(budget.clock(&ManualClock::new()))
             .pairs
             .clone()
     };
@@ -360,31 +323,21 @@ fn a_scene_learns_from_pairs_that_rest_until_they_are_decided() {
     let [(mut fresh, _), (mut taught, _)] = [crowd(), crowd()];
     taught.set_calibration(calibration);
     let mut corrected = 0;
-    for (fresh, taught) in
-        play(&mut fresh, &ids, 0..300, 20)
-            .iter()
-            .zip(play(&mut taught, &ids, 0..300, 20))
-    {
-        for (fresh, taught) in fresh.iter().zip(&taught) {
-            assert_eq!(
-                (fresh.verdict, fresh.age, fresh.found),
-                (taught.verdict, taught.age, taught.found)
-            );
-            corrected += usize::from(fresh.probability != taught.probability);
-        }
+    let [fresh, taught] = [&mut fresh, &mut taught].map(|scene| play(scene, &ids, 0..300, 20));
+    for (fresh, taught) in fresh.iter().flatten().zip(taught.iter().flatten()) {
+        let told = |pair: &PairReport| (pair.verdict, pair.age, pair.found);
+        assert_eq!(told(fresh), told(taught));
+        corrected += usize::from(fresh.probability != taught.probability);
     }
     assert!(corrected > 0);
 }
 
 #[test]
-fn what_was_told_before_bodies_moved_teaches_a_scene_nothing() {
+fn predictions_of_bodies_that_moved_teach_a_scene_nothing() {
     let (mut scene, ids) = crowd();
     let told = play(&mut scene, &ids, 0..100, 1);
-    assert!(
-        told.iter()
-            .flatten()
-            .any(|pair| pair.verdict == Verdict::Undecided)
-    );
+    let is_open = |pair: &PairReport| pair.verdict == Verdict::Undecided;
+    assert!(told.iter().flatten().any(is_open));
     assert_eq!(scene.calibration(), Calibration::default());
 }
 
@@ -414,11 +367,7 @@ fn a_scene_tells_better_what_it_has_learned() {
             }
         }
     }
-    println!(
-        "{count} moments: Brier {:.3} before, {:.3} after",
-        raw / f64::from(count),
-        corrected / f64::from(count)
-    );
+    println!("{count} moments: squares {raw:.3} before, {corrected:.3} after");
     assert!(count > 100 && corrected < 0.9 * raw, "{count}");
 }
 

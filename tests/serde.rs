@@ -82,10 +82,7 @@ fn poses_keep_every_bit_and_are_checked() {
 
 #[test]
 fn outcomes_certificates_and_the_model() {
-    let (a, b) = (
-        Tree::new(shapes::icosphere(3)),
-        Tree::new(shapes::torus(1.0, 0.3, 32)),
-    );
+    let [a, b] = [shapes::icosphere(3), shapes::torus(1.0, 0.3, 32)].map(Tree::new);
     let mut workspace = Workspace::new();
     let clock = ManualClock::ticking(Duration::from_nanos(1001));
     for mode in MODES {
@@ -102,12 +99,10 @@ fn outcomes_certificates_and_the_model() {
             let written = to_value(certificate).unwrap();
             assert_eq!(written["open_pairs"], json!(certificate.open_pairs()));
             assert_eq!(written["upper_bound"], json!(certificate.upper_bound()));
-            assert_eq!(
-                written["largest_extent"],
-                json!(certificate.largest_extent())
-            );
-            let boxes: Vec<punctual::Aabb> =
-                serde_json::from_value(written["boxes"].clone()).unwrap();
+            let extent = certificate.largest_extent();
+            assert_eq!(written["largest_extent"], json!(extent));
+            let boxes = serde_json::from_value(written["boxes"].clone());
+            let boxes: Vec<punctual::Aabb> = boxes.unwrap();
             assert!(certificate.boxes().eq(boxes));
         }
     }
@@ -119,16 +114,11 @@ fn outcomes_certificates_and_the_model() {
             again(&query.estimate(&workspace, None).unwrap());
         }
         let motion = Motion::turning(pose, [-3.0, 0.0, 0.0], [0.1, 0.2, 1e-9], [0.3; 3]).unwrap();
-        assert_eq!(
-            from_str::<Motion>(&to_string(&motion).unwrap()).unwrap(),
-            motion
-        );
+        let read: Motion = from_str(&to_string(&motion).unwrap()).unwrap();
+        assert_eq!(read, motion);
         again(&Query::impact(&a, &b, motion).run(&mut workspace, budget.clock(&clock)));
-        again(
-            &Query::contacts(&a, &b, pose)
-                .margin(3.0)
-                .run(&mut workspace, budget.clock(&clock)),
-        );
+        let contacts = Query::contacts(&a, &b, pose).margin(3.0);
+        again(&contacts.run(&mut workspace, budget.clock(&clock)));
         workspace.contacts().for_each(again);
     }
     let stats: TreeStats = from_str(&to_string(&a.stats()).unwrap()).unwrap();
@@ -146,14 +136,10 @@ fn reports_of_a_scene() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let mut scene = Scene::new();
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
-    let ids: Vec<_> = [0.0, 1.5, 3.3]
-        .map(|x| {
-            scene
-                .insert(Body::moving(Arc::clone(&ball), at(x)))
-                .unwrap()
-        })
-        .into_iter()
-        .collect();
+    let ids = [0.0, 1.5, 3.3].map(|x| {
+        let body = Body::moving(Arc::clone(&ball), at(x));
+        scene.insert(body).unwrap()
+    });
     for budget in [Budget::work(0), ENOUGH] {
         let report = scene.detect(budget.clock(&ManualClock::new())).clone();
         assert!(!report.pairs.is_empty());
@@ -170,9 +156,7 @@ fn reports_of_a_scene() {
     scene.set_pose(ids[1], at(2.5)).unwrap();
     let report = scene.detect(ENOUGH.clock(&ManualClock::new()));
     assert!(report.within > 0, "{report:?}");
-    report.pairs.iter().for_each(|pair| {
-        again(pair);
-    });
+    report.pairs.iter().for_each(again);
     // An id that was read is taken by the scene it is of, and says nothing of which that is.
     assert_eq!(to_string(&ids[0]).unwrap(), r#"{"index":0,"generation":0}"#);
     let read: BodyId = from_str(&to_string(&ids[1]).unwrap()).unwrap();
@@ -210,10 +194,7 @@ fn verdicts_are_read_as_they_are_written() {
 /// A memory that was read serves the pair it was written for, and any other pair cannot be misled by it.
 #[test]
 fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
-    let (a, b) = (
-        Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
-        Tree::new(shapes::gear(11, 2)),
-    );
+    let [a, b] = [shapes::torus_knot(2, 3, 0.2, 32), shapes::gear(11, 2)].map(Tree::new);
     let pose = pose_about(DVec3::ZERO, 0.1, Drift::None, &mut Random::new(82));
     let query = Query::intersection(&a, &b, pose);
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
@@ -221,18 +202,14 @@ fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
     assert!(matches!(first.value, Verdict::Intersecting { .. }));
     let text = to_string(&memory).unwrap();
     let mut read: PairMemory = from_str(&text).unwrap();
-    let (used, warm) = (
-        run_with_memory(&query, &mut workspace, &mut memory, ENOUGH),
-        run_with_memory(&query, &mut workspace, &mut read, ENOUGH),
-    );
+    let [used, warm] = [&mut memory, &mut read]
+        .map(|memory| run_with_memory(&query, &mut workspace, memory, ENOUGH));
     assert_eq!((warm, &read), (used, &memory));
     // A witness of the last frame saves work.
     assert!(warm.stats.work < first.stats.work);
     // Handed to a smaller pair: what does not exist there is forgotten.
-    let (small, apart) = (
-        Tree::new(shapes::icosphere(0)),
-        Pose::new(DMat3::IDENTITY, DVec3::X * 9.0).unwrap(),
-    );
+    let small = Tree::new(shapes::icosphere(0));
+    let apart = Pose::new(DMat3::IDENTITY, DVec3::X * 9.0).unwrap();
     for pose in [Pose::IDENTITY, apart] {
         let query = Query::intersection(&small, &small, pose);
         let mut read: PairMemory = from_str(&text).unwrap();
@@ -247,18 +224,12 @@ fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
 
 #[test]
 fn a_memory_that_somebody_made_up_changes_no_verdict() {
-    let (a, b) = (
-        Tree::new(shapes::icosphere(2)),
-        Tree::new(shapes::torus(1.0, 0.3, 16)),
-    );
+    let [a, b] = [shapes::icosphere(2), shapes::torus(1.0, 0.3, 16)].map(Tree::new);
     let (mut random, mut workspace) = (Random::new(83), Workspace::new());
     for round in 0..300 {
-        let mut triangle = || {
-            if random.below(2) == 0 {
-                random.below(600) as u32
-            } else {
-                random.bits() as u32
-            }
+        let mut triangle = || match random.below(2) {
+            0 => random.below(600) as u32,
+            _ => random.bits() as u32,
         };
         let mut witnesses: Vec<[u32; 2]> = (0..16).map(|_| [triangle(), triangle()]).collect();
         if round % 4 == 0 {
@@ -328,10 +299,7 @@ fn a_memory_with_an_impossible_rate_of_changes_is_refused() {
 
 #[test]
 fn a_memory_keeps_what_it_learned_of_predictions_and_an_impossible_factor_is_refused() {
-    let (a, b) = (
-        Tree::new(shapes::icosphere(3)),
-        Tree::new(shapes::gear(11, 2)),
-    );
+    let [a, b] = [shapes::icosphere(3), shapes::gear(11, 2)].map(Tree::new);
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     let mut random = Random::new(85);
     let mut query = || {

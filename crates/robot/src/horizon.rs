@@ -11,6 +11,9 @@ use crate::model::LARGEST;
 use crate::order::Sorted;
 use crate::{Checker, Edge, EdgeAnswer, EdgeOptions, RobotError, Trajectory};
 
+/// The shortest cycle, in seconds.
+const SHORTEST: f64 = 1e-30;
+
 /// The largest share of the speed (0 to 1) with which a robot that is free for `free_for` seconds
 /// at full speed may go on for `cycle` seconds, and then still stop in time.
 ///
@@ -231,11 +234,13 @@ impl Horizon {
     /// speed within `braking` ([`braking_time`]), both in seconds.
     ///
     /// # Errors
-    /// [`RobotError::Model`] unless the cycle is above 0, and both are finite and not negative.
+    /// [`RobotError::Model`] unless the cycle is from 1e-30 to 1e30 s, and `braking` from 0 to 1e30.
     pub fn new(cycle: f64, braking: f64) -> Result<Self, RobotError> {
-        if !(cycle > 0.0 && cycle <= LARGEST && (0.0..=LARGEST).contains(&braking)) {
+        if !((SHORTEST..=LARGEST).contains(&cycle) && (0.0..=LARGEST).contains(&braking)) {
             let what = format!("horizon: cycle {cycle} s, braking {braking} s");
-            return refuse(format!("{what}, allowed is above 0, and 0, to {LARGEST:e}"));
+            return refuse(format!(
+                "{what}, allowed is {SHORTEST:e}, and 0, to {LARGEST:e}"
+            ));
         }
         Ok(Self {
             cycle,

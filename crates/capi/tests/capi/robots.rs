@@ -655,7 +655,7 @@ fn bad_plans_are_refused() {
             => BadArgument "punctual_trajectory_push: coefficients is longer than memory or not aligned";
         push(0.0, 1, 2) => BadArgument "punctual_trajectory_push: piece 0: 0 s, must be above 0 and at most 1e30";
         punctual_horizon_new(0.0, 1.0, Some(&mut a))
-            => BadArgument "punctual_horizon_new: horizon: cycle 0 s, braking 1 s, allowed is above 0, and 0, to 1e30";
+            => BadArgument "punctual_horizon_new: horizon: cycle 0 s, braking 1 s, allowed is 1e-30, and 0, to 1e30";
         punctual_trajectory_new(None) => null "the place for the new handle";
         punctual_horizon_new(1.0, 1.0, None) => null "the place for the new handle";
         punctual_trajectory_seconds(None, None) => null "trajectory";

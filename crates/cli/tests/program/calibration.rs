@@ -7,8 +7,7 @@ use punctual::prediction::Calibration;
 const CUT: &str = "pair a.obj b.obj poses.txt --budget-work 300";
 
 fn probabilities(folder: &Folder, options: &str) -> Vec<f64> {
-    let answer = folder.run(&format!("{CUT} {options}"));
-    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    let answer = folder.ok(&format!("{CUT} {options}"));
     answer
         .rows()
         .iter()
@@ -137,20 +136,17 @@ fn a_damaged_file_is_refused_and_stays_as_it_is() {
     ];
     for (text, what) in damaged {
         folder.write("c.json", text);
-        folder
-            .run(&format!("{CUT} --calibration c.json"))
-            .assert_refused(&[what]);
+        folder.refused(&format!("{CUT} --calibration c.json"), &[what]);
         assert_eq!(folder.read("c.json"), text);
     }
     folder.write("c.json", [b'{', 0xff, 0xfe]);
-    folder
-        .run(&format!("{CUT} --calibration c.json"))
-        .assert_refused(&["c.json:1: column 2: "]);
-    folder
-        .run(&format!("{CUT} --calibration ."))
-        .assert_refused(&[".: "]);
+    folder.refused(
+        &format!("{CUT} --calibration c.json"),
+        &["c.json:1: column 2: "],
+    );
+    folder.refused(&format!("{CUT} --calibration ."), &[".: "]);
     let lost = folder.run(&format!("{CUT} --calibration no/c.json"));
     // The answers are there all the same.
     assert_eq!((lost.status, lost.rows().len()), (2, 5));
-    assert!(lost.err.contains("no/c.json: "), "{}", lost.err);
+    lost.tells("no/c.json: ");
 }

@@ -54,12 +54,8 @@ fn bad_meshes_are_refused_by_file_and_line() {
 fn absent_files_are_named() {
     let folder = Folder::new();
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    folder
-        .run("pair a.obj none.obj poses.txt")
-        .assert_refused(&["none.obj: "]);
-    folder
-        .run("pair a.obj a.obj poses.txt")
-        .assert_refused(&["poses.txt: "]);
+    folder.refused("pair a.obj none.obj poses.txt", &["none.obj: "]);
+    folder.refused("pair a.obj a.obj poses.txt", &["poses.txt: "]);
 }
 
 /// What is passed over is told in one line a kind, and the answer is that of the file without it.
@@ -75,8 +71,7 @@ fn ignored_parts_of_files_are_reported() {
         "line 4: face of fewer than 3 corners passed over",
         "line 6: unknown statement `m_mode` passed over (2 times)",
     ];
-    let info = folder.run("info a.obj");
-    assert_eq!((info.status, info.err.as_str()), (0, ""));
+    let info = folder.ok("info a.obj");
     let lines: Vec<&str> = info
         .out
         .lines()

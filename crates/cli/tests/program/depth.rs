@@ -107,9 +107,7 @@ fn a_line_that_holds_no_pose_is_an_error() {
     folder.write("poses.txt", at(1.5, 0.0, 0.0) + "2 0 0 0 0 2 0 0 0 0 2 0\n");
     let found = rows(&folder, "cube.obj ball.obj poses.txt --budget-work 1000", 1);
     assert!(found[0].is_some() && found[1].is_none());
-    folder
-        .run("depth cube.obj ball.obj poses.txt --rel -1")
-        .assert_refused(&["--rel"]);
+    folder.refused("depth cube.obj ball.obj poses.txt --rel -1", &["--rel"]);
 }
 
 #[test]
@@ -132,7 +130,8 @@ fn a_limit_asks_only_whether_they_penetrate_deeper() {
     let rough = rows(&folder, "cube.obj cube.obj poses.txt --abs 3", 1);
     let ([low, high], ..) = rough[0].clone().unwrap();
     assert!(low <= 0.25 && 0.25 <= high && high <= low + 3.0, "{low}");
-    folder
-        .run("depth cube.obj cube.obj poses.txt --deeper-than -1")
-        .assert_refused(&["--deeper-than"]);
+    folder.refused(
+        "depth cube.obj cube.obj poses.txt --deeper-than -1",
+        &["--deeper-than"],
+    );
 }

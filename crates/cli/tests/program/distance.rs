@@ -36,8 +36,9 @@ impl Row {
             (triangles, [point(4), point(7)])
         });
         let closer = fields[10];
+        assert!(0.0 <= low && low <= high, "{fields:?}");
         assert!(
-            0.0 <= low && low <= high && ["", "yes", "no", "undecided"].contains(&closer),
+            ["", "yes", "no", "undecided"].contains(&closer),
             "{fields:?}"
         );
         fields[11].parse::<u64>().unwrap();
@@ -64,16 +65,9 @@ fn cubes() -> Folder {
     folder.write("a.obj", write::obj(&cuboid(Vec3::ONE, 3)));
     folder.write("b.obj", write::obj(&cuboid(Vec3::ONE, 2)));
     let at = |x: f64| format!("1 0 0 {x} 0 1 0 0 0 0 1 0\n");
-    folder.write(
-        "poses.txt",
-        format!(
-            "{}# next touch\n{}{}1 0 0\n{}",
-            at(0.5),
-            at(2.0),
-            at(3.0),
-            at(3.0)
-        ),
-    );
+    let [within, touching, apart] = [0.5, 2.0, 3.0].map(at);
+    let poses = format!("{within}# next touch\n{touching}{apart}1 0 0\n{apart}");
+    folder.write("poses.txt", poses);
     folder
 }
 
@@ -81,21 +75,13 @@ fn cubes() -> Folder {
 fn ask(folder: &Folder, options: &str) -> [Row; 4] {
     let answer = folder.run(&format!("distance a.obj b.obj poses.txt {options}"));
     assert_eq!(answer.status, 1, "{options}: {}", answer.err);
-    assert!(
-        answer.err.contains("poses.txt:5: pose 3: ") && answer.err.lines().count() == 1,
-        "{}",
-        answer.err
-    );
+    answer.tells("poses.txt:5: pose 3: ");
+    assert_eq!(answer.err.lines().count(), 1);
     let rows = rows(&answer);
-    assert_eq!(
-        rows.iter().map(Option::is_some).collect::<Vec<_>>(),
-        [true, true, true, false, true]
-    );
-    rows.into_iter()
-        .flatten()
-        .collect::<Vec<_>>()
-        .try_into()
-        .unwrap()
+    let are_some = rows.iter().map(Option::is_some);
+    assert!(are_some.eq([true, true, true, false, true]));
+    let rows: Vec<Row> = rows.into_iter().flatten().collect();
+    rows.try_into().unwrap()
 }
 
 #[test]
@@ -174,12 +160,8 @@ fn closer_than_is_answered_and_budgets_are_kept() {
         if options.ends_with("--budget-work 0") {
             for row in &rows {
                 assert!(row.stop == "work-limit" && row.nearest.is_none(), "{row:?}");
-                assert!(
-                    row.low == 0.0
-                        && row.high == f64::INFINITY
-                        && row.work <= MAX_DISTANCE_STEP_WORK,
-                    "{row:?}"
-                );
+                assert_eq!((row.low, row.high), (0.0, f64::INFINITY));
+                assert!(row.work <= MAX_DISTANCE_STEP_WORK, "{row:?}");
             }
         }
     }
@@ -223,9 +205,10 @@ fn bad_options_are_refused_and_all_are_named() {
     folder.help_names("distance", options);
     for option in ["--rel", "--abs", "--closer-than", "--margin"] {
         for bad in ["-1", "nan", "inf", "x"] {
-            folder
-                .run(&format!("distance a.obj b.obj poses.txt {option} {bad}"))
-                .assert_refused(&[option, "must be"]);
+            folder.refused(
+                &format!("distance a.obj b.obj poses.txt {option} {bad}"),
+                &[option, "must be"],
+            );
         }
     }
     folder.refuses(
@@ -247,9 +230,7 @@ fn bad_options_are_refused_and_all_are_named() {
         ],
     );
     folder.write("broken.obj", "v 0 0 0\nv 1 0\n");
-    folder
-        .run("distance a.obj broken.obj poses.txt")
-        .assert_refused(&["broken.obj:2: "]);
+    folder.refused("distance a.obj broken.obj poses.txt", &["broken.obj:2: "]);
 }
 
 /// The fixtures say where surfaces meet: there and only there the distance is 0.
@@ -258,54 +239,40 @@ fn hard_cases_are_zero_where_they_meet() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let shared = root.join("../shared/hardcases/meshes");
     let mut answered = 0;
-    for folder in [root.join("tests/fixtures/meshes"), shared]
-        .into_iter()
-        .filter(|folder| folder.is_dir())
-    {
-        for case in std::fs::read_dir(folder)
-            .unwrap()
-            .map(|case| case.unwrap().path())
-        {
-            let files = ["a.obj", "b.obj", "poses.txt"].map(|file| case.join(file));
-            let truth = truth(&case.join("truth.csv"));
-            for options in [
-                "",
-                "--mode exact",
-                "--rel 1e-3",
-                "--memory",
-                "--budget-work 2000",
-            ] {
-                let here = Folder::new();
-                let output = here
-                    .command(&format!("distance {options}"))
-                    .args(&files)
-                    .output()
-                    .unwrap();
-                let answer = Answer::new(&output);
-                if answer.status == 2 {
-                    answer.assert_refused(&[".obj"]);
+    let folders = [root.join("tests/fixtures/meshes"), shared];
+    let folders = folders.iter().filter(|folder| folder.is_dir());
+    let cases = folders.flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    for case in cases.map(|case| case.unwrap().path()) {
+        let files = ["a.obj", "b.obj", "poses.txt"].map(|file| case.join(file));
+        let truth = truth(&case.join("truth.csv"));
+        for options in [
+            "",
+            "--mode exact",
+            "--rel 1e-3",
+            "--memory",
+            "--budget-work 2000",
+        ] {
+            let here = Folder::new();
+            let mut command = here.command(&format!("distance {options}"));
+            let answer = Answer::new(&command.args(&files).output().unwrap());
+            if answer.status == 2 {
+                answer.assert_refused(&[".obj"]);
+                continue;
+            }
+            let rows = rows(&answer);
+            assert_eq!(rows.len(), truth.len());
+            for (row, truth) in rows.iter().zip(&truth) {
+                let (Some(row), Truth::Pairs(pairs)) = (row, truth) else {
                     continue;
+                };
+                let name = format!("{} {options}: {row:?}", case.display());
+                assert!(row.high > 0.0 || *pairs > 0, "{name}");
+                assert!(row.low == 0.0 || *pairs == 0, "{name}");
+                if !options.contains("budget") {
+                    assert_eq!(row.high == 0.0, *pairs > 0, "{name}");
+                    assert!(row.stop == "finished" && row.nearest.is_some(), "{name}");
                 }
-                let rows = rows(&answer);
-                assert_eq!(rows.len(), truth.len());
-                for (row, truth) in rows.iter().zip(&truth) {
-                    let (Some(row), Truth::Pairs(pairs)) = (row, truth) else {
-                        continue;
-                    };
-                    let name = || format!("{} {options}: {row:?}", case.display());
-                    assert!(row.high > 0.0 || *pairs > 0, "{}", name());
-                    assert!(row.low == 0.0 || *pairs == 0, "{}", name());
-                    if !options.contains("budget") {
-                        assert_eq!(
-                            (row.high == 0.0, row.stop.as_str()),
-                            (*pairs > 0, "finished"),
-                            "{}",
-                            name()
-                        );
-                        assert!(row.nearest.is_some(), "{}", name());
-                    }
-                    answered += 1;
-                }
+                answered += 1;
             }
         }
     }

@@ -65,11 +65,8 @@ fn cubes() -> Folder {
 fn ask(folder: &Folder, options: &str) -> Vec<Row> {
     let answer = folder.run(&format!("motion a.obj b.obj sweeps.txt {options}"));
     assert_eq!(answer.status, 1, "{options}: {}", answer.err);
-    assert!(
-        answer.err.contains("sweeps.txt:4: sweep 3: ") && answer.err.lines().count() == 1,
-        "{}",
-        answer.err
-    );
+    answer.tells("sweeps.txt:4: sweep 3: ");
+    assert_eq!(answer.err.lines().count(), 1);
     let rows = rows(&answer);
     assert_eq!(
         rows.iter().map(Option::is_some).collect::<Vec<_>>(),
@@ -161,7 +158,7 @@ fn bad_options_are_refused_and_all_are_named() {
         "bad.txt:1: sweep 0: translation: ",
         "bad.txt:2: sweep 1: last pose: ",
     ] {
-        assert!(answer.err.contains(part), "{}", answer.err);
+        answer.tells(part);
     }
 }
 

@@ -59,8 +59,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[test]
 fn the_quick_report_is_whole_and_agrees_with_the_model() {
     let folder = Folder::new();
-    let answer = folder.run("paper --out report --quick");
-    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    let answer = folder.ok("paper --out report --quick");
     assert_eq!(answer.out.lines().count(), 6);
 
     let page = folder.read("report/index.html");
@@ -146,12 +145,11 @@ fn bad_ladders_are_refused() {
         ("a.obj,empty.obj", "empty.obj"),
         ("a.obj,no.obj", "no.obj"),
     ] {
-        folder
-            .run(&format!("paper --out report --quick --meshes {meshes}"))
-            .assert_refused(&[part]);
+        folder.refused(
+            &format!("paper --out report --quick --meshes {meshes}"),
+            &[part],
+        );
     }
-    folder
-        .run("paper --quick --out file/report")
-        .assert_refused(&["file/report"]);
-    folder.run("paper --quick").assert_refused(&["--out"]);
+    folder.refused("paper --quick --out file/report", &["file/report"]);
+    folder.refused("paper --quick", &["--out"]);
 }

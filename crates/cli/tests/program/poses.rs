@@ -16,8 +16,7 @@ fn folder() -> Folder {
 
 /// Makes poses, checks that they are so many and the same a second time, and returns the lines.
 fn made(folder: &Folder, options: &str, count: usize) -> String {
-    let answer = folder.run(&format!("poses {options}"));
-    assert_eq!((answer.status, answer.err.as_str()), (0, ""), "{options}");
+    let answer = folder.ok(&format!("poses {options}"));
     assert_eq!(
         answer
             .out
@@ -120,7 +119,8 @@ fn poses_that_cannot_be_made_are_refused() {
         format!("{}{}f 1 2 3\nf 4 5 6\n", speck(0.0), speck(1.0)),
     );
     folder.write("speck.obj", format!("{}f 1 2 3\n", speck(0.0)));
-    folder
-        .run("poses specks.obj speck.obj --contact 3")
-        .assert_refused(&["none of", "lines in a row"]);
+    folder.refused(
+        "poses specks.obj speck.obj --contact 3",
+        &["none of", "lines in a row"],
+    );
 }

@@ -101,11 +101,7 @@ fn a_margin_is_kept_and_told() {
         assert!(low <= want && want <= high && high - low < 1.1e-9);
     }
     let bad = folder.run(&asked.replace("0.5", "-1"));
-    assert!(
-        bad.err.contains("must be finite and not negative"),
-        "{}",
-        bad.err
-    );
+    bad.tells("must be finite and not negative");
 }
 
 #[test]
@@ -116,11 +112,7 @@ fn edges_are_proven() {
             "robot robot.urdf --env env --edges edges.csv {options}"
         ));
         assert_eq!(answer.status, 1);
-        assert!(
-            answer.err.contains("edges.csv:4: edge 2: no value of to_x"),
-            "{}",
-            answer.err
-        );
+        answer.tells("edges.csv:4: edge 2: no value of to_x");
         let rows = fields(
             &answer,
             "edge,answer,free_until,touching_at,pair_a,pair_b,ns,work",
@@ -209,24 +201,16 @@ fn ignored_parts_of_files_are_reported() {
         "flap.obj: a surface, for it has 3 open edges",
         "sheet.obj: its open parts are surfaces, it has 3 open edges",
     ] {
-        assert!(answer.err.contains(words), "{words}: {}", answer.err);
+        answer.tells(words);
     }
-    assert!(
-        answer.out.contains("0,contact,flap|sheet"),
-        "{}",
-        answer.out
-    );
+    answer.prints("0,contact,flap|sheet");
 }
 
 #[test]
 fn what_is_wrong_is_named() {
     let folder = slide();
     let notice = folder.run("robot robot.urdf --srdf allowed.srdf --edges edges.csv");
-    assert!(
-        notice.err.contains("allowed.srdf:1: there is no link none"),
-        "{}",
-        notice.err
-    );
+    notice.tells("allowed.srdf:1: there is no link none");
     folder.write("bad.csv", "y\n1\n");
     folder.write("late.csv", "# joints\n\ny\n1\n");
     folder.write("twice.csv", "x,x\n1,2\n");
@@ -238,7 +222,7 @@ fn what_is_wrong_is_named() {
         "large.csv:3: configuration 1: x is 1e31",
         "large.csv:4: configuration 2: x is nan",
     ] {
-        assert!(bare.err.contains(words), "{words}: {}", bare.err);
+        bare.tells(words);
     }
     let stops = fields(&bare, "config,verdict,first_pair,ns,stop,work");
     let stops: Vec<&str> = stops.iter().map(|row| row[4].as_str()).collect();
@@ -264,6 +248,6 @@ fn what_is_wrong_is_named() {
     ] {
         let answer = folder.run(options);
         assert_eq!(answer.status, 2, "{options}");
-        assert!(answer.err.contains(words), "{options}: {}", answer.err);
+        answer.tells(words);
     }
 }

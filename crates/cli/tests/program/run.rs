@@ -17,11 +17,8 @@ pub struct Folder(PathBuf);
 
 impl Folder {
     pub fn new() -> Self {
-        let name = format!(
-            "punctual-{}-{}",
-            std::process::id(),
-            FOLDERS.fetch_add(1, Ordering::Relaxed)
-        );
+        let number = FOLDERS.fetch_add(1, Ordering::Relaxed);
+        let name = format!("punctual-{}-{number}", std::process::id());
         let path = std::env::temp_dir().join(name);
         fs::create_dir_all(&path).unwrap();
         Self(path)
@@ -49,18 +46,25 @@ impl Folder {
     }
 
     pub fn run_with_input(&self, arguments: &str, input: &str) -> Answer {
-        let mut child = self
-            .command(arguments)
-            .stdin(Stdio::piped())
-            .spawn()
-            .unwrap();
-        child
-            .stdin
-            .take()
-            .unwrap()
-            .write_all(input.as_bytes())
-            .unwrap();
+        let mut command = self.command(arguments);
+        let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
+        let mut pipe = child.stdin.take().unwrap();
+        pipe.write_all(input.as_bytes()).unwrap();
+        drop(pipe);
         Answer::new(&child.wait_with_output().unwrap())
+    }
+
+    /// What the program prints, which has nothing to complain about.
+    #[track_caller]
+    pub fn ok(&self, arguments: &str) -> Answer {
+        let answer = self.run(arguments);
+        assert_eq!((answer.status, &*answer.err), (0, ""), "{arguments}");
+        answer
+    }
+
+    #[track_caller]
+    pub fn refused(&self, arguments: &str, words: &[&str]) {
+        self.run(arguments).assert_refused(words);
     }
 
     /// Each of these calls of a command is refused, and the message has the words, with blanks between.
@@ -104,6 +108,16 @@ pub struct Answer {
 }
 
 impl Answer {
+    #[track_caller]
+    pub fn tells(&self, words: &str) {
+        assert!(self.err.contains(words), "no {words}: {}", self.err);
+    }
+
+    #[track_caller]
+    pub fn prints(&self, words: &str) {
+        assert!(self.out.contains(words), "no {words}: {}", self.out);
+    }
+
     pub fn new(output: &Output) -> Self {
         let [out, err] =
             [&output.stdout, &output.stderr].map(|text| String::from_utf8(text.clone()).unwrap());

@@ -75,8 +75,7 @@ fn rows(output: &str) -> Vec<Vec<u64>> {
 #[test]
 fn a_page_shows_in_each_frame_which_bodies_meet() {
     let folder = recording();
-    let answer = folder.run("scene . --view page.html");
-    assert_eq!((answer.status, &*answer.err), (0, ""));
+    folder.ok("scene . --view page.html");
     let page = Page::read(&folder, "page.html");
     page.assert_shows(0, &icosphere(2));
     assert_eq!(page.steps().len(), FRAMES);
@@ -158,8 +157,7 @@ fn every_frame_has_a_line_and_the_truth_is_compared() {
         "--budget-work 100000000",
         "--clock cpu --reps 2",
     ] {
-        let answer = folder.run(&format!("scene . {options} --pairs-out pairs.csv"));
-        assert_eq!((answer.status, &*answer.err), (0, ""), "{options}");
+        let answer = folder.ok(&format!("scene . {options} --pairs-out pairs.csv"));
         let header =
             "frame,broad_pairs,decided,hits,undecided,wall_ns,cpu_ns,overrun_ns,bv_tests,work";
         assert_eq!(answer.out.lines().next(), Some(header));
@@ -207,8 +205,7 @@ fn a_scene_answers_all_its_questions() {
     let folder = recording();
     folder.write("rays.txt", "0 0 -5 0 0 1\n0 9 0 0 1 0\n");
     let asked = "--contacts --measure 0,1 --motions --events --rays rays.txt --answers told";
-    let answer = folder.run(&format!("scene . {asked} --reps 2"));
-    assert_eq!((answer.status, &*answer.err), (0, ""));
+    let answer = folder.ok(&format!("scene . {asked} --reps 2"));
     let number = |field: &String| field.parse::<f64>().unwrap();
     // Where the middle of the ball is that goes through the fixed one.
     let x = |frame: f64| 3.0 - 0.5 * frame;
@@ -290,16 +287,10 @@ fn a_scene_answers_all_its_questions() {
         [24.0, 12.0]
     );
 
-    folder
-        .run("scene . --measure 0,7")
-        .assert_refused(&["no body 7"]);
-    folder
-        .run("scene . --measure 0")
-        .assert_refused(&["numbers of two bodies"]);
+    folder.refused("scene . --measure 0,7", &["no body 7"]);
+    folder.refused("scene . --measure 0", &["numbers of two bodies"]);
     folder.write("rays.txt", "0 0 -5 0 0 1\n0 0 0 0 0 0\n");
-    folder
-        .run("scene . --rays rays.txt")
-        .assert_refused(&["rays.txt:2: "]);
+    folder.refused("scene . --rays rays.txt", &["rays.txt:2: "]);
 }
 
 /// The figure `name=...` of the summary line that begins with a word.
@@ -329,8 +320,7 @@ fn a_small_budget_leaves_pairs_undecided_and_says_so() {
 fn a_plain_loop_finds_the_same_without_a_budget_and_less_with_one() {
     let folder = recording();
     let play = |options: &str| {
-        let answer = folder.run(&format!("scene . --clock cpu {options}"));
-        assert_eq!((answer.status, &*answer.err), (0, ""));
+        let answer = folder.ok(&format!("scene . --clock cpu {options}"));
         rows(&answer.out)
     };
     let (scene, plain) = (play(""), play("--plain"));
@@ -347,12 +337,11 @@ fn a_plain_loop_finds_the_same_without_a_budget_and_less_with_one() {
                 .all(|(cut, plain)| cut[3] <= plain[3])
     );
     assert!(play("--plain --budget-us 0").iter().all(|row| row[2] == 0));
-    folder
-        .run("scene . --plain")
-        .assert_refused(&["--clock cpu"]);
-    folder
-        .run("scene . --plain --clock cpu --contacts")
-        .assert_refused(&["only which bodies meet"]);
+    folder.refused("scene . --plain", &["--clock cpu"]);
+    folder.refused(
+        "scene . --plain --clock cpu --contacts",
+        &["only which bodies meet"],
+    );
 }
 
 #[test]
@@ -464,8 +453,7 @@ fn a_file_of_the_calls_of_a_scene_is_played_up_to_its_first_fault() {
     packed.write_all(text.as_bytes()).unwrap();
     folder.write("odd.jsonl.gz", packed.finish().unwrap());
     for file in ["odd.jsonl", "odd.jsonl.gz --threads 2"] {
-        let answer = folder.run(&format!("scene {file}"));
-        assert_eq!((answer.status, &*answer.err), (0, ""));
+        let answer = folder.ok(&format!("scene {file}"));
         assert_eq!(played(&answer), rows);
     }
     folder.write("cut.jsonl", &text[..text.len() - 10]);
@@ -485,12 +473,8 @@ fn a_file_of_the_calls_of_a_scene_is_played_up_to_its_first_fault() {
     assert_eq!(told[1].len(), FRAMES * (FRAMES + 1) / 2);
     assert!(!told[0].is_empty());
     folder.write("mesh.obj", "v 1 2 3\n");
-    folder
-        .run("scene mesh.obj")
-        .assert_refused(&["mesh.obj: ", "line 1"]);
-    folder
-        .run("scene odd.jsonl --mode all")
-        .assert_refused(&["its own mode"]);
+    folder.refused("scene mesh.obj", &["mesh.obj: ", "line 1"]);
+    folder.refused("scene odd.jsonl --mode all", &["its own mode"]);
 }
 
 /// The rows without their times.

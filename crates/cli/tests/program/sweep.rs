@@ -38,9 +38,8 @@ fn work(summary: &str) -> &str {
 #[test]
 fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
     let folder = Folder::new();
-    let first = folder.run("sweep --builtin --quick --out one");
-    assert_eq!((first.status, first.err.as_str()), (0, ""));
-    assert!(first.out.contains("wrong: 0\n"), "{}", first.out);
+    let first = folder.ok("sweep --builtin --quick --out one");
+    first.prints("wrong: 0\n");
     for file in FILES {
         assert!(
             folder
@@ -86,11 +85,7 @@ fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
         one.replace("\"wrong\": 0.0", "\"wrong\": 3.0"),
     );
     let changed = folder.run("compare one/summary.json other.json");
-    assert!(
-        changed.out.contains("wrong,work,0.0000,3.0000,+3.0000"),
-        "{}",
-        changed.out
-    );
+    changed.prints("wrong,work,0.0000,3.0000,+3.0000");
 }
 
 fn figure(summary: &str, name: &str) -> f64 {
@@ -174,11 +169,8 @@ fn a_broken_guarantee_is_told() {
     );
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
-    assert!(
-        answer.err.contains("case pose 4") && answer.err.contains("at most 0 pairs"),
-        "{}",
-        answer.err
-    );
+    answer.tells("case pose 4");
+    answer.tells("at most 0 pairs");
     let page = folder.read("report/index.html");
     // Wrong answers and false bounds.
     assert_eq!(page.matches("verdict no").count(), 2 * 2);
@@ -199,16 +191,11 @@ fn a_truth_that_differs_is_noticed() {
     folder.write("case/truth.csv", "pose,hit,pairs\n0,1,1\n1,0,0\n");
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
-    assert!(
-        answer.err.contains("case pose 0") && answer.err.contains("truth.csv has 1"),
-        "{}",
-        answer.err
-    );
+    answer.tells("case pose 0");
+    answer.tells("truth.csv has 1");
     // The cached truth is used, and a false one is noticed.
     folder.write("case/truth.csv", "pose,hit,pairs\n");
-    folder
-        .run("sweep case --quick --out report")
-        .assert_refused(&["truth.csv"]);
+    folder.refused("sweep case --quick --out report", &["truth.csv"]);
     std::fs::remove_file(case.join("truth.csv")).unwrap();
     let cached = folder.read("report/truth/case.csv");
     let lines: Vec<&str> = cached.lines().collect();
@@ -218,7 +205,7 @@ fn a_truth_that_differs_is_noticed() {
     );
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
-    assert!(answer.err.contains("wrong"), "{}", answer.err);
+    answer.tells("wrong");
 }
 
 /// Two cubes of edge 2, one apart along x, and in contact.
@@ -242,8 +229,7 @@ fn cubes() -> Folder {
 #[test]
 fn distances_are_compared_with_the_truth() {
     let folder = cubes();
-    let answer = folder.run("sweep case --quick --distance-only --out report");
-    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    folder.ok("sweep case --quick --distance-only --out report");
     let summary = folder.read("report/summary.json");
     for goal in [
         "upper bound within 10 % of the distance",
@@ -267,17 +253,15 @@ fn distances_are_compared_with_the_truth() {
         );
         let answer = folder.run("sweep case --quick --distance-only --out report");
         assert_eq!(answer.status, 1);
-        assert!(
-            answer.err.contains("case pose ") && answer.err.contains("apart"),
-            "{}",
-            answer.err
-        );
+        answer.tells("case pose ");
+        answer.tells("apart");
         assert!(folder.read("report/index.html").contains("verdict no"));
     }
     folder.write("case/truth_distance.csv", "pose,distance\n0,far\n1,0\n");
-    folder
-        .run("sweep case --quick --out report")
-        .assert_refused(&["truth_distance.csv:2", "distance"]);
+    folder.refused(
+        "sweep case --quick --out report",
+        &["truth_distance.csv:2", "distance"],
+    );
 }
 
 #[test]
@@ -299,11 +283,12 @@ fn times_of_other_libraries_are_shown_beside_ours() {
         "case,theirs,0,1,nan",
     ] {
         folder.write("times.csv", format!("case,peer,pose,distance,ns\n{bad}\n"));
-        folder.run(sweep).assert_refused(&["times.csv:2"]);
+        folder.refused(sweep, &["times.csv:2"]);
     }
-    folder
-        .run("sweep case --out report --peer-times none.csv")
-        .assert_refused(&["none.csv"]);
+    folder.refused(
+        "sweep case --out report --peer-times none.csv",
+        &["none.csv"],
+    );
 }
 
 /// A report without poses in contact, or without poses apart, or of one pose, has no figure that is not a number.
@@ -315,8 +300,7 @@ fn unmeasured_figures_are_explained_in_words() {
     for (poses, said) in [(apart, "meet at no pose"), (touching, "meet at every pose")] {
         folder.write("case/poses.txt", poses);
         let _ = std::fs::remove_dir_all(folder.path().join("report"));
-        let answer = folder.run("sweep case --quick --out report");
-        assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+        let answer = folder.ok("sweep case --quick --out report");
         assert!(
             answer.out.contains(said) && !answer.out.contains("NaN"),
             "{}",
@@ -349,13 +333,8 @@ fn the_first_contact_is_told_as_a_share_of_depth_first() {
 fn orders_and_budgets_can_be_chosen() {
     let folder = cubes();
     let choice = "--orders low-alpha --work-percent 40,10,40 --time-us 7";
-    let answer = folder.run(&format!("sweep case --quick --out report {choice}"));
-    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
-    assert!(
-        answer.out.contains("detected with 10 % of the work"),
-        "{}",
-        answer.out
-    );
+    let answer = folder.ok(&format!("sweep case --quick --out report {choice}"));
+    answer.prints("detected with 10 % of the work");
     let table = folder.read("report/sweep.csv");
     let column = |i: usize| {
         table
@@ -382,9 +361,7 @@ fn orders_and_budgets_can_be_chosen() {
         "--time-us 0",
     ] {
         let option = bad.split_once(' ').unwrap().0;
-        folder
-            .run(&format!("sweep case --quick --out report {bad}"))
-            .assert_refused(&[option]);
+        folder.refused(&format!("sweep case --quick --out report {bad}"), &[option]);
     }
 }
 
@@ -394,8 +371,7 @@ fn two_meshes_are_a_case() {
     let folder = Folder::new();
     folder.write("knot.obj", write::obj(&torus_knot(2, 3, 0.2, 24)));
     folder.write("cube.obj", write::obj(&cuboid([0.5, 0.4, 0.3], 3)));
-    let answer = folder.run("sweep knot.obj cube.obj --quick --out one");
-    assert_eq!((answer.status, answer.err.as_str()), (0, ""));
+    folder.ok("sweep knot.obj cube.obj --quick --out one");
     let page = folder.read("one/index.html");
     assert!(page.contains("1 case of two meshes, 32 poses,"), "{page}");
     assert!(page.contains("The poses of two mesh files were made:"));
@@ -445,14 +421,8 @@ fn two_meshes_are_a_case() {
 #[test]
 fn bad_cases_are_refused() {
     let folder = Folder::new();
-    folder
-        .run("sweep nowhere --out report")
-        .assert_refused(&["nowhere"]);
-    folder
-        .run("sweep --out report")
-        .assert_refused(&["CASE_DIR"]);
+    folder.refused("sweep nowhere --out report", &["nowhere"]);
+    folder.refused("sweep --out report", &["CASE_DIR"]);
     folder.write("bad.json", "{}");
-    folder
-        .run("compare bad.json bad.json")
-        .assert_refused(&["bad.json", "work"]);
+    folder.refused("compare bad.json bad.json", &["bad.json", "work"]);
 }

@@ -430,9 +430,7 @@ fn pages_keep_their_limits_of_size() {
 fn views_that_cannot_be_made_are_refused() {
     let (folder, _) = spheres();
     let pair = "pair a.obj b.obj poses.txt";
-    folder
-        .run(&format!("{pair} --view-pose 1"))
-        .assert_refused(&["--view"]);
+    folder.refused(&format!("{pair} --view-pose 1"), &["--view"]);
     for (rest, words) in [
         ("x.html --view-pose 5", "--view-pose 5"),
         ("no/x.html", "no/x.html"),
@@ -440,7 +438,7 @@ fn views_that_cannot_be_made_are_refused() {
         let answer = folder.run(&format!("{pair} --view {rest}"));
         // What was asked for besides is answered.
         assert_eq!((answer.status, answer.rows().len()), (2, 5));
-        assert!(answer.err.contains(words), "{}", answer.err);
+        answer.tells(words);
     }
     folder.write("bad.txt", "no pose\n");
     let answer = folder.run("distance a.obj b.obj bad.txt --view x.html");

@@ -7,7 +7,10 @@ use std::sync::{Arc, OnceLock};
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
-use punctual_robot::{Checker, Model, Shape, ShapeId, UrdfOptions};
+use punctual_robot::{
+    Checker, Clearance, ClearanceOptions, Collision, Joint, JointKind, Link, Model, Shape, ShapeId,
+    UrdfOptions,
+};
 
 pub const UNLIMITED: Budget = Budget::unlimited();
 
@@ -24,17 +27,65 @@ pub fn arm() -> Arc<Model> {
 }
 
 pub fn read_arm(of: &str, options: &UrdfOptions) -> Arc<Model> {
-    let read = || {
-        // The package is named `arm`, the folder is not.
-        let packages = std::env::temp_dir().join(format!("punctual-{of}-{}", std::process::id()));
-        std::fs::create_dir_all(packages.join("arm")).unwrap();
-        std::fs::copy(file("wedge.obj"), packages.join("arm/wedge.obj")).unwrap();
-        let options = options.clone().srdf(file("arm.srdf")).packages(&packages);
-        let model = Model::from_urdf(file("arm.urdf"), &options).unwrap();
-        std::fs::remove_dir_all(packages).unwrap();
-        Arc::new(model)
-    };
-    read()
+    // The package is named `arm`, the folder is not.
+    let packages = folder(of);
+    std::fs::create_dir_all(packages.join("arm")).unwrap();
+    std::fs::copy(file("wedge.obj"), packages.join("arm/wedge.obj")).unwrap();
+    let options = options.clone().srdf(file("arm.srdf")).packages(&packages);
+    let model = Model::from_urdf(file("arm.urdf"), &options).unwrap();
+    std::fs::remove_dir_all(packages).unwrap();
+    Arc::new(model)
+}
+
+/// A folder of this run alone.
+pub fn folder(of: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("punctual-{of}-{}", std::process::id()))
+}
+
+pub fn sphere(radius: f64) -> Shape {
+    Shape::sphere(radius).unwrap()
+}
+
+pub fn cuboid(size: [f64; 3]) -> Shape {
+    Shape::cuboid(size).unwrap()
+}
+
+pub fn collide(checker: &mut Checker, q: &[f64]) -> Collision {
+    checker.collide(q, UNLIMITED).unwrap().value
+}
+
+pub fn clearance(checker: &mut Checker, q: &[f64]) -> Clearance {
+    let options = ClearanceOptions::default();
+    checker.clearance(q, &options, UNLIMITED).unwrap().value
+}
+
+/// The configuration at a share of the way.
+pub fn between(from: &[f64], to: &[f64], t: f64) -> Vec<f64> {
+    from.iter().zip(to).map(|(a, b)| a + t * (b - a)).collect()
+}
+
+/// The first of so many steps of the line at which something meets.
+pub fn first_contact(checker: &mut Checker, [from, to]: [&[f64]; 2], steps: u32) -> Option<f64> {
+    let mut shares = (0..=steps).map(|i| f64::from(i) / f64::from(steps));
+    shares.find(|&t| collide(checker, &between(from, to, t)) != Collision::Free)
+}
+
+pub fn link(name: &str, shapes: Vec<(Pose, Shape)>) -> Link {
+    let name = name.into();
+    Link { name, shapes }
+}
+
+pub fn joint(name: &str, kind: JointKind, [parent, child]: [&str; 2], axis: [f64; 3]) -> Joint {
+    Joint {
+        name: name.into(),
+        kind,
+        parent: parent.into(),
+        child: child.into(),
+        origin: Pose::IDENTITY,
+        axis,
+        limits: None,
+        mimic: None,
+    }
 }
 
 pub fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -44,23 +95,19 @@ pub fn at(x: f64, y: f64, z: f64) -> Pose {
 /// The arm among a board, a ball, a post and a torus, with a box in its hand.
 pub fn cell() -> Checker {
     let mut checker = Checker::new(arm());
-    let shape = Shape::cuboid([0.6, 0.6, 0.05]).unwrap();
-    checker.add("board", at(0.9, 0.0, 0.4), shape).unwrap();
-    checker
-        .add("ball", at(-0.7, 0.3, 0.9), Shape::sphere(0.2).unwrap())
-        .unwrap();
-    checker
-        .add(
-            "post",
-            at(0.0, -0.7, 0.5),
-            Shape::cylinder(0.08, 1.0).unwrap(),
-        )
-        .unwrap();
     let torus = Shape::mesh(shapes::torus(0.3, 0.08, 24));
-    checker.add("ring", at(0.2, 0.8, 1.0), torus).unwrap();
-    let load = Shape::cuboid([0.02, 0.02, 0.2]).unwrap();
+    let mut add = |name, place, shape| checker.add(name, place, shape).unwrap();
+    add("board", at(0.9, 0.0, 0.4), cuboid([0.6, 0.6, 0.05]));
+    add("ball", at(-0.7, 0.3, 0.9), sphere(0.2));
+    add(
+        "post",
+        at(0.0, -0.7, 0.5),
+        Shape::cylinder(0.08, 1.0).unwrap(),
+    );
+    add("ring", at(0.2, 0.8, 1.0), torus);
+    let (load, place) = (cuboid([0.02, 0.02, 0.2]), at(0.0, 0.0, 0.12));
     checker
-        .attach("load", "palm", at(0.0, 0.0, 0.12), load, &["left"])
+        .attach("load", "palm", place, load, &["left"])
         .unwrap();
     checker
 }
@@ -80,12 +127,9 @@ pub fn configurations(count: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = random(seed);
     let mut row = || {
         let mut within = |low: f64, high: f64| low + (high - low) * random();
-        vec![
-            within(-3.0, 3.0),
-            within(-2.0, 2.0),
-            within(-2.5, 2.5),
-            within(0.0, 0.1),
-        ]
+        [(-3.0, 3.0), (-2.0, 2.0), (-2.5, 2.5), (0.0, 0.1)]
+            .map(|(low, high)| within(low, high))
+            .into()
     };
     (0..count).map(|_| row()).collect()
 }
@@ -108,51 +152,22 @@ pub fn shapes_of(checker: &Checker, q: &[f64]) -> Vec<(ShapeId, Tree, f64, Pose)
         (id, tree, margin, frame.compose(&pose).unwrap())
     };
     let world = Pose::IDENTITY;
+    let (upper, board) = (boxed([0.1, 0.1, 0.5]), boxed([0.6, 0.6, 0.05]));
+    let (fore, right) = (
+        wedge(DVec3::new(0.05, 0.05, 0.25)),
+        wedge(DVec3::new(0.02, -0.02, 0.02)),
+    );
+    let ring = Tree::new(shapes::torus(0.3, 0.08, 24));
+    let (load, in_hand) = (boxed([0.02, 0.02, 0.2]), at(0.0, 0.0, 0.12));
     vec![
-        of(
-            "upper",
-            boxed([0.1, 0.1, 0.5]),
-            0.0,
-            link("upper"),
-            at(0.0, 0.0, 0.3),
-        ),
-        of(
-            "fore",
-            wedge(DVec3::new(0.05, 0.05, 0.25)),
-            0.0,
-            link("fore"),
-            at(0.0, 0.0, 0.25),
-        ),
+        of("upper", upper, 0.0, link("upper"), at(0.0, 0.0, 0.3)),
+        of("fore", fore, 0.0, link("fore"), at(0.0, 0.0, 0.25)),
         of("left", point(), 0.03, link("left"), world),
-        of(
-            "right",
-            wedge(DVec3::new(0.02, -0.02, 0.02)),
-            0.0,
-            link("right"),
-            world,
-        ),
-        of(
-            "board",
-            boxed([0.6, 0.6, 0.05]),
-            0.0,
-            world,
-            at(0.9, 0.0, 0.4),
-        ),
+        of("right", right, 0.0, link("right"), world),
+        of("board", board, 0.0, world, at(0.9, 0.0, 0.4)),
         of("ball", point(), 0.2, world, at(-0.7, 0.3, 0.9)),
-        of(
-            "ring",
-            Tree::new(shapes::torus(0.3, 0.08, 24)),
-            0.0,
-            world,
-            at(0.2, 0.8, 1.0),
-        ),
-        of(
-            "load",
-            boxed([0.02, 0.02, 0.2]),
-            0.0,
-            link("palm"),
-            at(0.0, 0.0, 0.12),
-        ),
+        of("ring", ring, 0.0, world, at(0.2, 0.8, 1.0)),
+        of("load", load, 0.0, link("palm"), in_hand),
     ]
 }
 
