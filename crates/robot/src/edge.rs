@@ -86,9 +86,7 @@ impl EdgeOptions {
     }
 
     pub(crate) fn check(&self) -> Result<(), RobotError> {
-        let Self {
-            start, duration, ..
-        } = self;
+        let (start, duration) = (&self.start, &self.duration);
         if start.abs() <= LARGEST && (0.0..=LARGEST).contains(duration) {
             return Ok(());
         }
@@ -315,10 +313,8 @@ impl Run {
                 }
                 Phase::Filter(_) => Phase::Distances(0),
                 Phase::Distances(at) if at < self.kept.len() => {
-                    let Kept {
-                        pair, limit, gap, ..
-                    } = self.kept[at];
-                    if gap <= APART * limit && call.is_farther(pair, limit)? {
+                    let kept = self.kept[at];
+                    if kept.gap <= APART * kept.limit && call.is_farther(kept.pair, kept.limit)? {
                         self.kept.remove(at);
                         Phase::Distances(at)
                     } else {
@@ -561,9 +557,7 @@ impl Checker {
     ) -> Result<Outcome<Edge>, RobotError> {
         let (rows, width) = self.model().rows(knots)?;
         if rows < 2 {
-            return Err(RobotError::Model(
-                "a path of fewer than two configurations".into(),
-            ));
+            return refuse("a path of fewer than two configurations");
         }
         options.check()?;
         let call = self.begin(&knots[..width], budget.into())?;
