@@ -151,7 +151,7 @@ impl Tree {
     /// Builds the tree of `mesh`. `O(n log n)`.
     pub fn with_options(mesh: Mesh, options: &BuildOptions) -> Self {
         if mesh.is_cloud() {
-            return Self::of_cloud(mesh);
+            return Self::of_cloud(mesh, options.effort);
         }
         let pieces = Pieces::new(options.threads, mesh.len());
         let unit = Unit::of(&mesh);

@@ -37,9 +37,10 @@ pub struct BuildOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Effort {
-    /// One orientation for the whole mesh, 8 bins per axis.
+    /// One orientation for the whole mesh, 8 bins per axis. Points are sorted along a Hilbert curve.
     Fast,
-    /// An orientation for each node; 16 bins per axis, 8 for few triangles.
+    /// An orientation for each node; 16 bins per axis, 8 for few triangles. Points are halved, down
+    /// to blocks of eight.
     Normal,
 }
 

@@ -6,7 +6,7 @@ use crate::handle::get;
 use crate::status::Fault;
 use crate::tree::punctual_tree;
 use crate::verbs::{calls, types};
-use punctual::{DepthCamera, Mesh, Tree};
+use punctual::{DepthCamera, Tree};
 use std::sync::Arc;
 
 fn thick(tree: Tree, radius: f64) -> Result<Tree, Fault> {
@@ -50,7 +50,7 @@ calls! {
         -> tree: punctual_tree = {
             // SAFETY: the contract of the header for arrays.
             let points = unsafe { array(points.cast::<[f32; 3]>(), count, "points") }?;
-            thick(Tree::new(Mesh::from_points(points.iter().copied())?), radius)?
+            thick(Tree::from_points(points.iter().copied())?, radius)?
         };
 
     /// Like `punctual_tree_from_points_f32`.
@@ -58,7 +58,7 @@ calls! {
         -> tree: punctual_tree = {
             // SAFETY: the contract of the header for arrays.
             let points = unsafe { array(points.cast::<[f64; 3]>(), count, "points") }?;
-            thick(Tree::new(Mesh::from_points_f64(points.iter().copied())?), radius)?
+            thick(Tree::from_points_f64(points.iter().copied())?, radius)?
         };
 
     /// Builds the cloud of a depth image of `count` depths, row by row: pixel `(i, j)` of depth `d`
@@ -78,7 +78,7 @@ calls! {
         let punctual_depth_camera { width, height, focal, center, scale } = camera;
         let camera = DepthCamera { size: [width, height], focal, center, scale };
         camera.points(depths, &mut points)?;
-        thick(Tree::new(Mesh::from_points(points)?), radius)?
+        thick(Tree::from_points(points)?, radius)?
     };
 
     /// A copy of a tree, thickened by a ball of this radius: all questions are about the points no

@@ -264,19 +264,20 @@ impl Tree {
 
     /// The tree of a point cloud, or of equal balls: points, (N, 3), of which those in f32 are kept to the bit, and their
     /// radius. It is asked as that of a mesh is; where answers name triangles, they name points. Takes about .1 us
-    /// a point.
+    /// a point; with effort "normal" .2 us, and queries take two thirds of the time.
     ///
     /// Raises ValueError for a point that is not finite, with its row, and for a radius that is negative or not finite.
     #[classmethod]
-    #[pyo3(signature = (points, radius=0.0))]
+    #[pyo3(signature = (points, radius=0.0, effort="fast"))]
     fn from_points(
         _: &Bound<'_, PyType>,
         py: Python<'_>,
         points: &Bound<'_, PyAny>,
         radius: f64,
+        effort: &str,
     ) -> PyResult<Self> {
         let mesh = cloud(points)?;
-        let tree = built(py, mesh, BuildOptions::default())?;
+        let tree = built(py, mesh, options(effort, false, "no")?)?;
         tree.with_radius(radius)
             .map(Self::from)
             .map_err(value_error)
@@ -308,7 +309,7 @@ impl Tree {
         let found = camera.points(&depths.collect::<Vec<_>>(), &mut points);
         found.map_err(value_error)?;
         let mesh = Mesh::from_points(points).map_err(value_error)?;
-        let tree = built(py, mesh, BuildOptions::default())?;
+        let tree = built(py, mesh, BuildOptions::fast_build())?;
         tree.with_radius(radius)
             .map(Self::from)
             .map_err(value_error)

@@ -16,7 +16,7 @@ use crate::tree::build::orientation::Orientation;
 use crate::tree::fit::profile::Profiles;
 use crate::tree::unit::Unit;
 use crate::tree::wide::WIDTH;
-use crate::tree::{Tree, next_identity, power_of_two};
+use crate::tree::{Effort, Tree, next_identity, power_of_two};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use punctual_geom::lanes::Instructions;
@@ -121,7 +121,7 @@ impl PointWindow {
         if let Some(fault) = fault {
             return Err(fault);
         }
-        let empty = Arc::new(Tree::of_cloud(Mesh::no_points()));
+        let empty = Arc::new(Tree::of_cloud(Mesh::no_points(), Effort::Fast));
         Ok(Self {
             capacity,
             scale: f64::from(CELLS) / reach,
@@ -212,7 +212,7 @@ impl PointWindow {
         self.frame
             .drain(..self.frame.len().saturating_sub(self.capacity));
         if Arc::get_mut(&mut self.spare).is_none() {
-            self.spare = Arc::new(Tree::of_cloud(Mesh::no_points()));
+            self.spare = Arc::new(Tree::of_cloud(Mesh::no_points(), Effort::Fast));
         }
         self.points = Arc::make_mut(&mut self.spare).mesh.take_points();
         self.points.clear();
