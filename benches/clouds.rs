@@ -191,10 +191,13 @@ fn main() {
     let points = sample(&environment.iter().map(mesh).collect::<Vec<_>>(), count);
     let build = least(9, || Tree::from_points(points.iter().copied()).unwrap());
     let cloud = Tree::from_points(points.iter().copied()).unwrap();
+    let mesh = Mesh::from_points(points.iter().copied()).unwrap();
+    let normally = least(5, || Tree::new(mesh.clone()));
+    let normal = Tree::new(mesh);
     let corners = (0..count as u32).map(|i| [i; 3]);
     let degenerate = Tree::new(Mesh::new(points.iter().copied(), corners).unwrap());
     println!(
-        "{} links, {} triangles; {count} points, {} bytes each, built in {build:.2} ms",
+        "{} links, {} triangles; {count} points, {} bytes each, built in {build:.2}, normally {normally:.2} ms",
         trees.len(),
         trees.iter().map(|tree| tree.mesh().len()).sum::<usize>(),
         cloud.stats().bytes() / count
@@ -224,22 +227,25 @@ fn main() {
             counts: [0; 3],
         }
     };
-    let questions: [(&str, &Tree, Question); 9] = [
+    let questions: [(&str, &Tree, Question); 12] = [
         ("any", &cloud, Asker::any),
         ("any, window", window.tree(), Asker::any),
+        ("any, normal", &normal, Asker::any),
         ("any, triangles", &degenerate, Asker::any),
         ("nearest", &cloud, Asker::nearest),
         ("nearest, window", window.tree(), Asker::nearest),
+        ("nearest, normal", &normal, Asker::nearest),
         ("nearest, triangles", &degenerate, Asker::nearest),
         ("all", &cloud, Asker::all),
         ("all, window", window.tree(), Asker::all),
+        ("all, normal", &normal, Asker::all),
         ("all, by contacts", &cloud, Asker::contacts),
     ];
     let only = arguments.next();
     let repeats = arguments.next().map_or(1, |x| x.parse().unwrap());
     let is_asked = |name: &str| only.as_ref().is_none_or(|only| only == name);
     let mut askers = questions.map(|(_, cloud, _)| asker(cloud));
-    let (mut times, mut sums) = ([const { Vec::new() }; 9], [0.0; 9]);
+    let (mut times, mut sums) = ([const { Vec::new() }; 12], [0.0; 12]);
     for poses in (0..repeats).flat_map(|_| &poses) {
         let links: Vec<_> = trees.iter().zip(poses.iter().copied()).collect();
         for (i, (name, _, ask)) in questions.iter().enumerate() {

@@ -19,7 +19,7 @@ use common::reference::{self, all_pairs};
 use common::{MODES, ORDERS};
 use distance::{Question, Truth};
 use punctual::clock::ManualClock;
-use punctual::glam::DVec3;
+use punctual::glam::{DMat3, DVec3};
 use punctual::rays::RayMode;
 use punctual::{
     Aabb, Budget, Mesh, MeshError, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Verdict,
@@ -36,7 +36,11 @@ pub struct Cloud {
 
 impl Cloud {
     pub fn new(points: &[DVec3]) -> Self {
-        let tree = Tree::from_points_f64(points.iter().copied()).unwrap();
+        let cloud = Mesh::from_points_f64(points.iter().copied()).unwrap();
+        let tree = match points.len() % 2 {
+            0 => Tree::from_points_f64(points.iter().copied()).unwrap(),
+            _ => Tree::new(cloud),
+        };
         assert_eq!(tree.validate(), Ok(()));
         assert_eq!(tree.mesh().len(), points.len());
         let corners = (0..points.len() as u32).map(|i| [i; 3]);
@@ -290,6 +294,28 @@ fn points_that_do_not_exist_or_are_not_numbers() {
 }
 
 #[test]
+fn a_tree_of_normal_effort_takes_less_work_and_answers_the_same() {
+    let mut random = Random::new(660);
+    let ball = Tree::new(shapes::icosphere(4));
+    let points: Vec<_> = (0..20_000)
+        .map(|_| (random.vector() * DVec3::new(3.0, 3.0, 0.01)).to_array())
+        .collect();
+    let fast = Tree::from_points_f64(points.iter().copied()).unwrap();
+    let normal = Tree::new(Mesh::from_points_f64(points.iter().copied()).unwrap());
+    let (workspace, mut work) = (&mut Workspace::new(), [0; 2]);
+    for _ in 0..50 {
+        let pose = Pose::new(DMat3::IDENTITY, random.vector() * 3.0).unwrap();
+        let found = [&fast, &normal].map(|cloud| {
+            let query = Query::distance(cloud, &ball, pose).absolute_tolerance(0.0);
+            query.run(workspace, ENOUGH)
+        });
+        assert!((found[0].value.high - found[1].value.high).abs() < 1e-12);
+        work = [0, 1].map(|i| work[i] + found[i].stats.work);
+    }
+    assert!(work[1] < work[0], "{work:?}");
+}
+
+#[test]
 fn clouds_far_from_the_origin_and_of_equal_points() {
     let workspace = &mut Workspace::new();
     let ball = Tree::new(shapes::icosphere(3));
@@ -309,7 +335,7 @@ fn clouds_far_from_the_origin_and_of_equal_points() {
         assert_complete(punctual::Mode::All, &said, workspace.pairs(), &pairs);
     }
     let one = DVec3::new(0.1, 0.2, 0.3);
-    let equal = Tree::from_points_f64(vec![one; 100_000]).unwrap();
+    let equal = Tree::new(Mesh::from_points_f64(vec![one; 100_000]).unwrap());
     assert_eq!(equal.validate(), Ok(()));
     let query = Query::distance(&equal, &ball, Pose::IDENTITY).absolute_tolerance(0.0);
     let alone = Tree::from_points_f64([one]).unwrap();
@@ -409,7 +435,7 @@ fn a_scene_says_of_clouds_what_brute_force_says() {
     let mut counts = [0; 3];
     for i in 0..64 {
         let shift = DVec3::X * (f64::from(i % 32) * 0.0625);
-        let pose = Pose::new(punctual::glam::DMat3::IDENTITY, shift).unwrap();
+        let pose = Pose::new(DMat3::IDENTITY, shift).unwrap();
         let margin = [0.0, 0.01][i as usize / 32];
         scene.set_pose(id, pose).unwrap();
         scene.set_margin(id, margin).unwrap();
@@ -438,7 +464,7 @@ fn a_push_takes_a_ball_off_all_points() {
     let mut met = 0;
     for i in 0..16 {
         let shift = DVec3::X * (f64::from(i) * 0.0625);
-        let pose = Pose::new(punctual::glam::DMat3::IDENTITY, shift).unwrap();
+        let pose = Pose::new(DMat3::IDENTITY, shift).unwrap();
         let query = PenetrationQuery::new(&cloud, &ball, pose);
         let clock = &ManualClock::new();
         let said = query

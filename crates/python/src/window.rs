@@ -13,7 +13,7 @@ use std::sync::Arc;
 ///
 /// capacity: the number of points that are kept. reach: about the length of the region that they span, such as twice the
 /// range of the sensor, in their unit of length; if it is several times too large or small, queries take longer.
-/// A frame takes a part of the time of a new tree, from some 100,000 points on; queries take up to 1.6 times as long as
+/// A frame takes a part of the time of a new tree, from some 100,000 points on; queries take 1.0 to 1.8 times as long as
 /// with one. Raises ValueError, which names the argument.
 #[pyclass(module = "punctual3d")]
 pub struct PointWindow(punctual::tree::PointWindow);

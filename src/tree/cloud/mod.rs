@@ -134,7 +134,7 @@ impl Unit {
 
 impl Tree {
     /// Builds the tree of a point cloud ([`Mesh::from_points`]), with [`Effort::Fast`]: for points
-    /// that are soon replaced. [`new`](Self::new) takes three times as long, and queries of its tree
+    /// that are soon replaced. [`new`](Self::new) takes two to four times as long, and queries of its tree
     /// about two thirds of the time.
     ///
     /// Takes about 30 bytes a point. `O(n log n)`, on one thread.
@@ -379,11 +379,10 @@ fn halve(points: &mut [(Vec3, u32)]) {
     if points.len() <= WIDTH {
         return points.sort_unstable_by_key(|&(_, id)| id);
     }
-    let (min, max) = points
-        .iter()
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), (p, _)| {
-            (min.min(*p), max.max(*p))
-        });
+    let (min, max) = points.iter().fold(
+        (Vec3::INFINITY, Vec3::NEG_INFINITY),
+        |(min, max), (p, _)| (min.min(*p), max.max(*p)),
+    );
     let axis = (max - min).max_position();
     let middle = points.len().div_ceil(WIDTH) / 2 * WIDTH;
     // No two compare as equal, so the halves do not depend on how they are found.
@@ -520,7 +519,12 @@ fn spread(x: u32) -> u32 {
 
 /// Nodes over the blocks of eight of `sorted` points, still without boxes, and the order of the
 /// blocks in them. Also the boxes of the blocks, in the order of the points.
-fn nodes_above(mesh: &Mesh, unit: &Unit, sorted: &[u32], effort: Effort) -> (Box<[Node]>, Vec<u32>, Vec<Extent>) {
+fn nodes_above(
+    mesh: &Mesh,
+    unit: &Unit,
+    sorted: &[u32],
+    effort: Effort,
+) -> (Box<[Node]>, Vec<u32>, Vec<Extent>) {
     let boxes = sorted.chunks(WIDTH).map(|ids| extent(mesh, unit, ids));
     let boxes: Vec<_> = boxes.collect();
     let bounds = boxes.iter().zip(0..);

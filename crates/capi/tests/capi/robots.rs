@@ -682,17 +682,19 @@ fn bad_plans_are_refused() {
     punctual_horizon_free(None);
 }
 
+/// Writes the name of the part with a number, and its length.
+type NameOf<'f> = dyn Fn(usize, *mut c_char, Option<&mut MaybeUninit<usize>>) -> Status + 'f;
+
 /// Names, limits and poses; all pairs that meet; a path, stopped and resumed.
 #[test]
 fn parts_pairs_and_paths_are_those_of_rust() {
     let (mut ours, mut theirs, _tree) = arms();
     let model = Arc::clone(theirs.model());
-    let name =
-        |number, call: &dyn Fn(usize, *mut c_char, Option<&mut MaybeUninit<usize>>) -> Status| {
-            let mut bytes = [0u8; 32];
-            let length = made(|out| call(number, bytes.as_mut_ptr().cast(), out));
-            String::from_utf8(bytes[..length].to_vec()).unwrap()
-        };
+    let name = |number, call: &NameOf| {
+        let mut bytes = [0u8; 32];
+        let length = made(|out| call(number, bytes.as_mut_ptr().cast(), out));
+        String::from_utf8(bytes[..length].to_vec()).unwrap()
+    };
     let robot = &*ours;
     for (i, (joint, limits)) in model
         .joint_names()
