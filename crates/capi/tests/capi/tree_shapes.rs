@@ -3,7 +3,7 @@
 use std::ptr::{null, null_mut};
 
 use super::call::*;
-use punctual::{Mesh, Tree};
+use punctual::Tree;
 use punctual_capi::{punctual_status as Status, *};
 
 fn bytes(tree: &punctual_tree) -> Vec<u8> {
@@ -30,8 +30,8 @@ fn shapes_are_those_of_rust() {
     let points = |radius| {
         owned(|out| unsafe { punctual_tree_from_points_f64(flat.as_ptr(), 6, radius, out) })
     };
-    let cloud = Tree::new(Mesh::from_points_f64(POINTS).unwrap());
-    let same = Tree::new(Mesh::from_points(POINTS.map(|p| p.map(|x| x as f32))).unwrap());
+    let cloud = Tree::from_points_f64(POINTS).unwrap();
+    let same = Tree::from_points(POINTS.map(|p| p.map(|x| x as f32))).unwrap();
     let pairs = [
         (owned(|out| punctual_tree_ball(0.5, out)), Tree::ball(0.5)),
         (
