@@ -3,7 +3,10 @@
 
 mod cell;
 
+use std::time::Duration;
+
 use cell::{UNLIMITED, at, cell, configurations, random};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Pose, StopReason};
 use punctual_robot::{
@@ -265,6 +268,7 @@ fn plan(seed: u64, truth: &mut Truth) -> Trajectory {
 #[test]
 fn a_horizon_never_claims_more_than_is_free_nor_brakes_harder_than_it_can() {
     const CYCLE: f64 = 0.004;
+    let clock = ManualClock::ticking(Duration::from_nanos(40));
     let (mut proven, mut moved, mut fast, mut braked) = (0, 0, 0, 0);
     for seed in 0..60 {
         let mut random = random(seed + 1);
@@ -298,8 +302,15 @@ fn a_horizon_never_claims_more_than_is_free_nor_brakes_harder_than_it_can() {
                 checker.move_to(post, place).unwrap();
                 truth.checker.move_to(post, place).unwrap();
             }
-            let work = [0, 1, 300, 3_000, 30_000, u64::MAX][(6.0 * random()) as usize];
+            let chosen = (6.0 * random()) as usize;
+            let work = [0, 1, 300, 3_000, 30_000, u64::MAX][chosen];
             let budget = Budget::work(if seed % 5 == 4 { work.min(3_000) } else { work });
+            // A clock that is read at each step, and late from the beginning for the first.
+            let time_left = Duration::from_nanos([0, 1, 300, 3_000, 30_000, 1 << 40][chosen]);
+            let budget = match seed % 7 {
+                6 => Budget::time(time_left).poll_interval(1).clock(&clock),
+                _ => budget.into(),
+            };
             let ahead = horizon
                 .step(&mut checker, new.take(), budget)
                 .unwrap()
