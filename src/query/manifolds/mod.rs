@@ -121,8 +121,8 @@ impl<'t> Query<'t, Manifolds> {
     }
 
     /// Surfaces no farther apart than this have points of contact, in the length unit of the
-    /// meshes. Negative values and NaN count as 0. The work grows with the number of triangle pairs
-    /// within the skin.
+    /// meshes; some that are farther apart by less than B is drawn in may have, too. Negative values
+    /// and NaN count as 0. The work grows with the number of triangle pairs within the skin.
     #[must_use]
     pub fn skin(mut self, width: f64) -> Self {
         OptionError::note(&mut self.fault, "skin", width, f64::INFINITY);
