@@ -142,6 +142,14 @@ def test_points_within_that_are_refused(ball, ring):
             punctual3d.Tree.from_points(points()).points_within(ring, distance=distance)
 
 
+def test_either_effort_finds_the_same_points(ring):
+    fast, normal = (punctual3d.Tree.from_points(points(2000), effort=effort) for effort in ("fast", "normal"))
+    found = [cloud.points_within(ring, PLACE, distance=0.1) for cloud in (fast, normal)]
+    assert len(found[0]) > 10 and (found[0] == found[1]).all()
+    with pytest.raises(ValueError, match="effort: .best. is none of fast, normal"):
+        punctual3d.Tree.from_points(points(), effort="best")
+
+
 def test_depth_images_become_the_points_of_their_pixels():
     depths = np.full((24, 32), 2000.0, np.float32)
     depths[3, 5], depths[4, 6], depths[0, 0], depths[1, 1] = 0.0, np.nan, np.inf, -1.0

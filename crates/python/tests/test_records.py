@@ -98,7 +98,7 @@ def same(x, y):
 
 def test_all_classes_are_here():
     left = {"Answer", "Tree", "Memory", "Query", "DistanceQuery", "MotionQuery", "Scene", "CollisionManager", "Robot"}
-    left |= {"ContactData", "DistanceData", "Horizon", "Trajectory"}
+    left |= {"ContactData", "DistanceData", "Horizon", "PointWindow", "Trajectory"}
     classes = {name for name in punctual3d.__all__ if isinstance(getattr(punctual3d, name), type)}
     classes = {name for name in classes if not issubclass(getattr(punctual3d, name), (Exception, Warning))}
     assert {type(record).__name__ for record in RECORDS} == classes - left
