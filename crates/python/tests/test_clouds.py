@@ -90,7 +90,9 @@ def test_files_of_points(tmp_path, ending):
     else:
         np.savetxt(file, given, delimiter="," if ending == ".csv" else " ")
     cloud = punctual3d.Tree.load(file)
-    assert cloud.is_cloud and (cloud.vertices == given).all() and cloud == punctual3d.Tree.from_points(given)
+    assert cloud.is_cloud and (cloud.vertices == given).all()
+    assert cloud == punctual3d.Tree.from_points(given, effort="normal")
+    assert punctual3d.Tree.load(file, effort="fast") == punctual3d.Tree.from_points(given)
     assert (punctual3d.Tree.load(file, scale=(1, 1, -2)).vertices == given * np.float32([1, 1, -2])).all()
 
 
