@@ -86,8 +86,8 @@ impl EdgeOptions {
     }
 
     pub(crate) fn check(&self) -> Result<(), RobotError> {
-        let (start, duration) = (&self.start, &self.duration);
-        if start.abs() <= LARGEST && (0.0..=LARGEST).contains(duration) {
+        let (start, duration) = (self.start, self.duration);
+        if start.abs() <= LARGEST && (0.0..=LARGEST).contains(&duration) {
             return Ok(());
         }
         let allowed = format!("allowed is {LARGEST:e}, the duration not negative");

@@ -234,7 +234,7 @@ impl Horizon {
     /// speed within `braking` ([`braking_time`]), both in seconds.
     ///
     /// # Errors
-    /// [`RobotError::Model`] unless the cycle is from 1e-30 to 1e30 s, and `braking` from 0 to 1e30.
+    /// [`RobotError::Model`] unless the cycle is 1e-30 to 1e30 s, and `braking` 0 to 1e30 s.
     pub fn new(cycle: f64, braking: f64) -> Result<Self, RobotError> {
         if !((SHORTEST..=LARGEST).contains(&cycle) && (0.0..=LARGEST).contains(&braking)) {
             let what = format!("horizon: cycle {cycle} s, braking {braking} s");

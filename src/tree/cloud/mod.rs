@@ -134,8 +134,8 @@ impl Unit {
 
 impl Tree {
     /// Builds the tree of a point cloud ([`Mesh::from_points`]), with [`Effort::Fast`]: for points
-    /// that are soon replaced. [`new`](Self::new) takes two to four times as long, and queries of its tree
-    /// about two thirds of the time.
+    /// that are soon replaced. [`new`](Self::new) takes two to four times as long, and queries of
+    /// its tree about two thirds of the time.
     ///
     /// Takes about 30 bytes a point. `O(n log n)`, on one thread.
     ///

@@ -179,9 +179,9 @@ impl PointWindow {
     /// before, and the next call goes on. A million points take some 10 ms, whatever the number of
     /// new ones.
     ///
-    /// A step takes 2,000 units of work, or about a microsecond; the first of a call is done
-    /// with any budget above 0.
-    /// Until the window is full, one step of a frame makes room, and takes longer.
+    /// A step takes 2,000 units of work, or about a microsecond; the first of a call is done with
+    /// any budget above 0. Until the window is full, one step of a frame makes room, and takes
+    /// longer.
     pub fn advance<'c>(&mut self, budget: impl Into<ClockedBudget<'c>>) -> bool {
         let mut deadline = Deadline::of(budget.into());
         loop {

@@ -260,6 +260,7 @@ impl Turn {
     pub fn run(&mut self, context: &mut Context) -> Ended {
         let Context { bodies, round, .. } = *context;
         if !context.held {
+            // Which run of another batch a thread's workspace holds must not change the answer.
             context.workspace.forget_run();
         }
         self.known.update(&mut self.state, bodies, round.frame);
